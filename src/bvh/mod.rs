@@ -1,0 +1,3 @@
+//! Bounding volume hierarchy: build, GPU layout, statistics.
+
+pub mod layout;

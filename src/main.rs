@@ -1,0 +1,7 @@
+//! The `caribou` program: everything happens in the library.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    caribou::cli::run(std::env::args_os())
+}
