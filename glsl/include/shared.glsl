@@ -1,18 +1,69 @@
 // Facts shared by host and kernels. build.rs turns every `const` line into a Rust constant of the
 // same name in `caribou::shared`, so there is no second place to keep in step.
 
-// Child link: a leaf has LEAF_BIT set, its triangle count in LEAF_COUNT_BITS from LEAF_COUNT_SHIFT, and
-// its first triangle in the low bits; an inner child is the index of its node. An empty leaf has count 0.
+// Child link: a leaf has this bit set; an inner child is the index of its node.
 const uint LEAF_BIT = 0x80000000u;
+// A leaf's triangle count sits from this bit up; an empty leaf has count 0.
 const uint LEAF_COUNT_SHIFT = 27u;
+// Mask of a leaf's triangle count after the shift.
 const uint LEAF_COUNT_MASK = 15u;
+// Mask of a leaf's first triangle; its size limits a scene to 134 million triangles.
 const uint LEAF_FIRST_MASK = 0x07FFFFFFu;
-
+// Link that ends a traversal: reads as a leaf of 15 triangles, more than any leaf holds.
+const uint LINK_DONE = 0xFFFFFFFFu;
 // Most triangles a leaf may hold.
 const uint MAX_LEAF_TRIANGLES = 8u;
+// Entries of the traversal stack; the builder refuses trees that need more.
+const uint STACK_SIZE = 64u;
 
 // Primitive id of a miss.
 const uint NO_HIT = 0xFFFFFFFFu;
 
-// Entries of the traversal stack; the builder refuses deeper trees.
-const uint STACK_SIZE = 64u;
+// Lanes of a warp, in launch order and whatever the driver's subgroup is; also the workgroup size.
+const uint WARP = 32u;
+// A warp covers this many pixels across (Aila and Laine 2009 use the same 8x4 tiles).
+const uint TILE_WIDTH = 8u;
+// A warp covers this many pixels down.
+const uint TILE_HEIGHT = 4u;
+
+// Direction components below this magnitude (2^-80) are replaced by it in box tests, so that no
+// reciprocal is infinite and no product is 0 x infinity (Aila and Laine 2009 do the same).
+const float DIRECTION_FLOOR = 8.271806125530277e-25;
+// Slack of box planes relative to the farthest corner of the scene: bounds the rounding of the sheared
+// coordinates of the triangle test, 7 x 2^-24 by counting its operations, doubled (Woop, Benthin and
+// Wald 2013, section 3.3, argue the same way). 2^-20.
+const float BOX_SLACK = 9.5367431640625e-7;
+// Slack of box planes relative to the origin's own magnitude, so that adding any slack moves it by at
+// least one step. 2^-23.
+const float ORIGIN_SLACK = 1.1920928955078125e-7;
+// A box's far distance is scaled by 1 + 2 gamma(3) (Ize 2013, section 4).
+const float FAR_PADDING = 1.0000004;
+// Sheared coordinates below this magnitude (2^-51) count as zero, so that the products of the edge test
+// and their differences never become denormal, which drivers treat differently.
+const float SHEAR_FLOOR = 4.440892098500626e-16;
+// Determinants below this magnitude (2^-120) count as zero, so that their reciprocal is a normal number.
+const float DETERMINANT_FLOOR = 7.52316384526264e-37;
+// Coordinates below this magnitude (2^-100) count as zero: differences of coordinates are then zero or
+// normal numbers. The loader applies it to vertices, the ray generators to origins.
+const float COORDINATE_FLOOR = 7.888609052210118e-31;
+// Rays leave a surface this far along its normal, relative to the largest coordinate of the triangle:
+// 16 rounding errors of the interpolated point and of the next intersection. 2^-19.
+const float SURFACE_OFFSET = 1.9073486328125e-6;
+
+// Largest distance of an unlimited ray.
+const float FAR_AWAY = 3.0e38;
+
+// Ray kinds, index of per-kind ray counts.
+const uint KIND_PRIMARY = 0u;
+// Shadow ray towards a light.
+const uint KIND_SHADOW = 1u;
+// Ambient occlusion ray of limited length.
+const uint KIND_AO = 2u;
+// Diffuse bounce, cosine-weighted.
+const uint KIND_DIFFUSE = 3u;
+// Mirror reflection.
+const uint KIND_REFLECT = 4u;
+// Refraction into or out of a transmissive surface.
+const uint KIND_REFRACT = 5u;
+// Number of ray kinds.
+const uint KINDS = 6u;

@@ -1,1 +1,1 @@
-//! TODO(render)
+//! To come.

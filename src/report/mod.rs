@@ -1,1 +1,1 @@
-//! TODO(report)
+//! To come.

@@ -1,1 +1,1 @@
-//! TODO(vulkan)
+//! To come.

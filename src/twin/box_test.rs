@@ -1,0 +1,87 @@
+//! Twin of `box.glsl`: conservative ray-box test. The arithmetic is the kernel's, four lanes at a time.
+
+use glam::{Vec3, Vec4, Vec4Swizzles};
+
+use super::exact::exact_rcp;
+use super::vec::max3;
+use crate::bvh::layout::Node;
+use crate::shared::{BOX_SLACK, DIRECTION_FLOOR, FAR_PADDING, ORIGIN_SLACK};
+use crate::trace::Ray;
+
+/// A ray prepared for box tests: per axis `[low origin, high origin, low origin, high origin]`, so that a
+/// node's four planes of an axis are measured at once, and the reciprocal direction.
+#[derive(Clone, Copy, Debug)]
+pub struct BoxRay {
+    origin: [Vec4; 3],
+    inverse: Vec3,
+}
+
+/// Prepares `ray` for boxes inside the scene's bounds.
+#[inline(always)]
+pub fn box_ray(ray: &Ray, scene_low: Vec3, scene_high: Vec3) -> BoxRay {
+    let o = Vec3::from(ray.origin);
+    let reach = max3((scene_low - o).abs()).max(max3((scene_high - o).abs()));
+    let slack = Vec3::splat(reach * BOX_SLACK) + o.abs() * ORIGIN_SLACK;
+    let (low, high) = (o + slack, o - slack);
+    let floored = |d: f32| match d.abs() < DIRECTION_FLOOR {
+        true if d < 0.0 => -DIRECTION_FLOOR,
+        true => DIRECTION_FLOOR,
+        false => d,
+    };
+    let axis = |k: usize| Vec4::new(low[k], high[k], low[k], high[k]);
+    BoxRay {
+        origin: [axis(0), axis(1), axis(2)],
+        inverse: Vec3::from(ray.direction.map(|d| exact_rcp(floored(d)))),
+    }
+}
+
+/// Distances at which a ray enters and leaves the two boxes of a node; lanes 0 and 2 count.
+#[derive(Clone, Copy, Debug)]
+pub struct Spans {
+    enter: Vec4,
+    leave: Vec4,
+}
+
+impl Spans {
+    /// Whether the boxes of child 0 and child 1 are met.
+    #[inline(always)]
+    pub fn hits(&self) -> (bool, bool) {
+        let mask = self.enter.cmple(self.leave).bitmask();
+        (mask & 1 != 0, mask & 4 != 0)
+    }
+
+    /// Whether child 1 is entered before child 0.
+    #[inline(always)]
+    pub fn swapped(&self) -> bool {
+        self.enter.z < self.enter.x
+    }
+
+    /// Distance at which child 0 is entered.
+    #[inline(always)]
+    pub fn enter0(&self) -> f32 {
+        self.enter.x
+    }
+}
+
+/// `box_span` of both children: `planes[axis]` is `[low 0, high 0, low 1, high 1]`.
+#[inline(always)]
+fn spans(ray: &BoxRay, planes: [Vec4; 3], t_min: f32, t_max: f32) -> Spans {
+    let t = |k: usize| (planes[k] - ray.origin[k]) * ray.inverse[k];
+    let (x, y, z) = (t(0), t(1), t(2));
+    let near = x.min(x.yxwz()).max(y.min(y.yxwz())).max(z.min(z.yxwz()));
+    let far = x.max(x.yxwz()).min(y.max(y.yxwz())).min(z.max(z.yxwz()));
+    Spans { enter: near.max(Vec4::splat(t_min)), leave: (far * FAR_PADDING).min(Vec4::splat(t_max)) }
+}
+
+/// Spans of a node's children.
+#[inline(always)]
+pub fn node_spans(ray: &BoxRay, node: &Node, t_min: f32, t_max: f32) -> Spans {
+    spans(ray, [node.x, node.y, node.z].map(Vec4::from), t_min, t_max)
+}
+
+/// Distance at which the ray enters one box.
+#[inline(always)]
+pub fn box_enter(ray: &BoxRay, low: Vec3, high: Vec3, t_min: f32) -> f32 {
+    let axis = |k: usize| Vec4::new(low[k], high[k], low[k], high[k]);
+    spans(ray, [axis(0), axis(1), axis(2)], t_min, f32::MAX).enter0()
+}
