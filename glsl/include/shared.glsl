@@ -1,5 +1,7 @@
 // Facts shared by host and kernels. build.rs turns every `const` line into a Rust constant of the
 // same name in `caribou::shared`, so there is no second place to keep in step.
+#ifndef SHARED_GLSL
+#define SHARED_GLSL
 
 // Child link: a leaf has this bit set; an inner child is the index of its node.
 const uint LEAF_BIT = 0x80000000u;
@@ -67,3 +69,61 @@ const uint KIND_REFLECT = 4u;
 const uint KIND_REFRACT = 5u;
 // Number of ray kinds.
 const uint KINDS = 6u;
+
+// Material flags: shows its base colour as it is (KHR_materials_unlit).
+const uint MATERIAL_UNLIT = 1u;
+// Transmission through a solid (KHR_materials_volume): rays bend. Without it, walls are infinitely thin.
+const uint MATERIAL_SOLID = 2u;
+// Texture index of a material without one.
+const uint NO_TEXTURE = 0xFFFFFFFFu;
+
+// Texture wrap modes.
+const uint WRAP_REPEAT = 0u;
+// Mirrored repeat.
+const uint WRAP_MIRROR = 1u;
+// Clamp to edge.
+const uint WRAP_CLAMP = 2u;
+
+// Light kinds.
+const uint LIGHT_DIRECTIONAL = 0u;
+// Point light.
+const uint LIGHT_POINT = 1u;
+// Spot light.
+const uint LIGHT_SPOT = 2u;
+// Not a light of the scene: the ambient term, shadowed by an ambient occlusion ray.
+const uint LIGHT_AMBIENT = 0xFFFFFFFFu;
+
+// What a diffuse surface asks of its surroundings besides lights: nothing.
+const uint INDIRECT_NONE = 0u;
+// One ambient occlusion ray.
+const uint INDIRECT_AO = 1u;
+// One diffuse bounce.
+const uint INDIRECT_DIFFUSE = 2u;
+
+// Path state: number of bounces in the low bits.
+const uint PATH_DEPTH_MASK = 255u;
+// The path has made its diffuse bounce.
+const uint PATH_BOUNCED = 256u;
+// The path's camera ray hit the scene: it counts for alpha.
+const uint PATH_COVERED = 512u;
+
+// Random dimensions used by a bounce; dimension = bounce * this + a number below it.
+const uint DIMENSIONS = 8u;
+// Dimension pair of the pixel jitter, and of a bounce's diffuse direction.
+const uint DIMENSION_DIRECTION = 0u;
+// Dimension of the choice between metal and dielectric.
+const uint DIMENSION_METAL = 2u;
+// Dimension of the choice between transmission and diffuse.
+const uint DIMENSION_TRANSMISSION = 3u;
+// Dimension of the choice between reflection and refraction.
+const uint DIMENSION_FRESNEL = 4u;
+// Dimension pair of the roughness of a reflection or refraction.
+const uint DIMENSION_ROUGHNESS = 5u;
+// Dimension of the camera jitter: past those of any bounce.
+const uint DIMENSION_CAMERA = 4096u;
+// Dimension pair of a bounce's ambient occlusion ray: offset from the bounce's own.
+const uint DIMENSION_AO = 2048u;
+
+// Depth of pixels that see nothing: large, but finite, for programs that average.
+const float Z_NOTHING = 1.0e10;
+#endif

@@ -39,4 +39,89 @@ struct Triangle {
     vec3 v2;
     uint pad2;
 };
+
+// A path in flight: a pixel's sample.
+struct Path {
+    vec3 throughput;
+    uint pixel;
+    vec3 radiance;
+    uint state;
+};
+
+// What a shadow ray brings if it arrives.
+struct Contribution {
+    vec3 radiance;
+    uint pad;
+};
+
+struct Material {
+    vec3 base_color;
+    float metallic;
+    vec3 emissive;
+    float roughness;
+    float transmission;
+    float ior;
+    uint texture;
+    uint flags;
+};
+
+// Texels from `first` on, row-major from the top, 8-bit sRGB packed as R | G << 8 | B << 16.
+struct Texture {
+    uint first;
+    uint width;
+    uint height;
+    uint wrap; // of u in bits 0-1, of v in bits 2-3
+};
+
+// Spot lights fade as clamp(cos * angle_scale + angle_offset)^2 (KHR_lights_punctual, section Inner and
+// Outer Cone Angles).
+struct Light {
+    vec3 position;
+    uint kind;
+    vec3 direction;
+    float inverse_range;
+    vec3 intensity;
+    float angle_scale;
+    float angle_offset;
+    uint pad0;
+    uint pad1;
+    uint pad2;
+};
+
+// Everything that stays the same over a picture.
+struct Frame {
+    vec3 camera_origin;
+    uint width;
+    vec3 camera_right; // from the middle of the picture to its right edge, at distance 1
+    uint height;
+    vec3 camera_up; // likewise to the top edge
+    uint orthographic;
+    vec3 camera_forward;
+    uint seed;
+    vec3 sky_zenith;
+    float ao_radius;
+    vec3 sky_horizon;
+    uint max_depth;
+    vec3 ambient;
+    uint samples;
+    uint transparent; // the sky does not show, pixels carry coverage as alpha
+    uint pad;
+    uvec2 triangles;
+    uvec2 slots; // of each primitive: its place in triangles
+    uvec2 material_ids;
+    uvec2 normals;
+    uvec2 uvs;
+    uvec2 texels;
+    uvec2 srgb; // linear value of each 8-bit sRGB value
+};
+
+// First hit of a pixel's first sample.
+struct AovPixel {
+    vec3 normal;
+    float z;
+    vec3 albedo;
+    uint prim;
+    vec3 position;
+    float steps;
+};
 #endif
