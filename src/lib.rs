@@ -4,6 +4,7 @@
 pub mod bvh;
 pub mod cli;
 pub mod error;
+pub mod layout;
 pub mod render;
 pub mod report;
 pub mod scene;

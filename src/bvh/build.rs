@@ -6,7 +6,7 @@ use obvhs::bvh2::builder::build_bvh2_from_tris;
 use obvhs::{BvhBuildParams, triangle::Triangle as BuildTriangle};
 use rayon::prelude::*;
 
-use super::layout::{Node, Triangle};
+use crate::layout::{Node, Triangle};
 use crate::shared::{LEAF_BIT, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, MAX_LEAF_TRIANGLES, STACK_SIZE};
 use crate::{Error, Result};
 
@@ -61,6 +61,8 @@ pub struct Bvh {
     pub nodes: Vec<Node>,
     /// All triangles of the scene, each once; one zero triangle if the scene has none.
     pub triangles: Vec<Triangle>,
+    /// Place of each primitive in `triangles`.
+    pub slots: Vec<u32>,
     /// Low and high corner of the scene; zero if it is empty.
     pub bounds: (Vec3, Vec3),
     /// Triangles of the scene.
@@ -78,10 +80,8 @@ impl Bvh {
         if positions.is_empty() {
             return Ok(Bvh::empty());
         }
-        let triangles: Vec<BuildTriangle> = positions
-            .par_iter()
-            .map(|&[a, b, c]| BuildTriangle { v0: a.into(), v1: b.into(), v2: c.into() })
-            .collect();
+        let triangles: Vec<BuildTriangle> =
+            positions.par_iter().map(|&[a, b, c]| BuildTriangle { v0: a.into(), v1: b.into(), v2: c.into() }).collect();
         let tree = build_tree(&triangles, quality)?;
         drop(triangles);
         Ok(lay_out(&tree, positions))
@@ -91,6 +91,7 @@ impl Bvh {
         Bvh {
             nodes: vec![node([(NOWHERE, EMPTY_LEAF), (NOWHERE, EMPTY_LEAF)])],
             triangles: vec![bytemuck::Zeroable::zeroed()],
+            slots: vec![0],
             bounds: (Vec3::ZERO, Vec3::ZERO),
             triangle_count: 0,
         }
@@ -160,7 +161,11 @@ fn lay_out(tree: &Bvh2, positions: &[[Vec3; 3]]) -> Bvh {
         layout.inner_nodes();
     }
     let Layout { nodes, triangles, .. } = layout;
-    Bvh { nodes, triangles, bounds, triangle_count: positions.len() }
+    let mut slots = vec![0; positions.len()];
+    for (slot, triangle) in triangles.iter().enumerate() {
+        slots[triangle.prim as usize] = slot as u32;
+    }
+    Bvh { nodes, triangles, slots, bounds, triangle_count: positions.len() }
 }
 
 struct Layout<'a> {

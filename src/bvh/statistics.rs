@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::build::Bvh;
-use super::layout::Node;
+use crate::layout::Node;
 use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT};
 
 /// Counts in the terms of Zhu and Deng 2013, Table I, and the cost by the surface area heuristic.

@@ -1,5 +1,7 @@
 //! Scenes: what a glTF file, a built-in name or a procedural recipe becomes before the BVH is built.
 
+pub mod tables;
+
 use glam::{Mat4, Vec2, Vec3};
 
 /// A scene flattened to world-space triangles. Arrays that run per triangle are parallel; their index
@@ -63,6 +65,9 @@ pub struct Material {
     pub transmission: f32,
     /// Index of refraction (KHR_materials_ior), at least 1.
     pub ior: f32,
+    /// Transmission goes through a solid and bends (KHR_materials_volume with a thickness above 0);
+    /// without it surfaces are infinitely thin walls.
+    pub solid: bool,
     /// KHR_materials_unlit: shows `base_color` as it is.
     pub unlit: bool,
 }
@@ -80,6 +85,7 @@ impl Default for Material {
             emissive: [0.0; 3],
             transmission: 0.0,
             ior: 1.5,
+            solid: false,
             unlit: false,
         }
     }

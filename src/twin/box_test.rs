@@ -4,9 +4,9 @@ use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::exact::exact_rcp;
 use super::vec::max3;
-use crate::bvh::layout::Node;
+use crate::layout::Node;
+use crate::layout::Ray;
 use crate::shared::{BOX_SLACK, DIRECTION_FLOOR, FAR_PADDING, ORIGIN_SLACK};
-use crate::trace::Ray;
 
 /// A ray prepared for box tests: per axis `[low origin, high origin, low origin, high origin]`, so that a
 /// node's four planes of an axis are measured at once, and the reciprocal direction.
@@ -29,10 +29,7 @@ pub fn box_ray(ray: &Ray, scene_low: Vec3, scene_high: Vec3) -> BoxRay {
         false => d,
     };
     let axis = |k: usize| Vec4::new(low[k], high[k], low[k], high[k]);
-    BoxRay {
-        origin: [axis(0), axis(1), axis(2)],
-        inverse: Vec3::from(ray.direction.map(|d| exact_rcp(floored(d)))),
-    }
+    BoxRay { origin: [axis(0), axis(1), axis(2)], inverse: Vec3::from(ray.direction.map(|d| exact_rcp(floored(d)))) }
 }
 
 /// Distances at which a ray enters and leaves the two boxes of a node; lanes 0 and 2 count.

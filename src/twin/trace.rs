@@ -7,8 +7,8 @@ use super::box_test::box_ray;
 use super::traverse::traverse;
 use super::triangle::shear_of;
 use crate::bvh::Bvh;
+use crate::layout::{Hit, Ray, RayCounters};
 use crate::shared::NO_HIT;
-use crate::trace::{Hit, Ray, RayCounters};
 
 /// Rays of one task: large enough to hide the cost of a task, small enough to balance the load.
 const CHUNK: usize = 1024;

@@ -3,8 +3,8 @@
 use super::box_test::{BoxRay, node_spans};
 use super::triangle::{Shear, intersect};
 use crate::bvh::Bvh;
+use crate::layout::{Hit, Ray, RayCounters};
 use crate::shared::*;
-use crate::trace::{Hit, Ray, RayCounters};
 
 /// Runs to the end of the tree or, with `ANY_HIT`, to the first hit.
 #[inline(always)]

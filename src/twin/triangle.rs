@@ -4,9 +4,9 @@ use glam::Vec3;
 
 use super::box_test::{BoxRay, box_enter};
 use super::exact::{exact_rcp, product_error};
-use crate::bvh::layout::Triangle;
+use crate::layout::Triangle;
+use crate::layout::{Hit, Ray};
 use crate::shared::{DETERMINANT_FLOOR, SHEAR_FLOOR};
-use crate::trace::{Hit, Ray};
 
 /// A ray prepared for triangle tests: the axes in turned order, the last the direction's largest, and the
 /// shear along them.

@@ -1,0 +1,11 @@
+//! Twin of `sky.glsl`.
+
+use glam::Vec3;
+
+use crate::layout::Frame;
+
+/// Radiance of the sky in a direction.
+pub fn sky(frame: &Frame, direction: Vec3) -> Vec3 {
+    let height = (direction.y + 1.0) * 0.5;
+    Vec3::from(frame.sky_horizon) * (1.0 - height) + Vec3::from(frame.sky_zenith) * height
+}
