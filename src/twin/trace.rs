@@ -24,8 +24,8 @@ pub fn trace_any(bvh: &Bvh, rays: &[Ray]) -> (Vec<Hit>, Vec<RayCounters>) {
 }
 
 fn trace<const ANY_HIT: bool>(bvh: &Bvh, rays: &[Ray]) -> (Vec<Hit>, Vec<RayCounters>) {
-    let mut hits = vec![bytemuck::Zeroable::zeroed(); rays.len()];
-    let mut counters = vec![RayCounters::default(); rays.len()];
+    let mut hits: Vec<Hit> = vec![bytemuck::Zeroable::zeroed(); rays.len()];
+    let mut counters: Vec<RayCounters> = vec![bytemuck::Zeroable::zeroed(); rays.len()];
     rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).zip(counters.par_chunks_mut(CHUNK)).for_each(
         |((rays, hits), counters)| {
             for ((ray, hit), counters) in rays.iter().zip(hits).zip(counters) {
