@@ -1,1 +1,3 @@
-//! TODO(report)
+//! Results for people and other programs.
+
+pub mod ray_dump;
