@@ -1,6 +1,7 @@
 //! Caribou: a headless glTF-to-OpenEXR ray tracer on Vulkan compute, and a laboratory for thread
 //! migration between BVH subtrees. ARCHITECTURE.md maps the modules.
 
+pub mod atomic_file;
 pub mod bvh;
 pub mod cli;
 pub mod error;

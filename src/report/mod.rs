@@ -1,1 +1,3 @@
-//! To come.
+//! Results for people and other programs.
+
+pub mod ray_dump;

@@ -1,0 +1,115 @@
+//! Triangles, rays and hits in one binary file, for comparison with other ray tracers.
+//!
+//! Little-endian throughout:
+//!
+//! | bytes | content |
+//! |---|---|
+//! | 16 | magic `CRBR`, then u32 version 1, ray count, triangle count |
+//! | 36 a triangle | nine f32: three corners, in order of primitive id |
+//! | 32 a ray | eight f32: origin, t_min, direction, t_max |
+//! | 16 a ray | its hit: f32 t, u32 primitive id (all ones: miss), f32 u, f32 v |
+//!
+//! `tools/compare_embree.py` reads it.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use glam::Vec3;
+
+use crate::atomic_file::write_atomically;
+use crate::trace::{Hit, Ray};
+use crate::{Error, Result};
+
+const MAGIC: [u8; 4] = *b"CRBR";
+const VERSION: u32 = 1;
+
+/// Writes a dump to `path`, whole or not at all.
+///
+/// # Errors
+/// [`Error::Check`] if there is not one hit a ray or a count exceeds u32; [`Error::Io`] or
+/// [`Error::Usage`] if `path` cannot be written.
+pub fn write(path: &Path, triangles: &[[Vec3; 3]], rays: &[Ray], hits: &[Hit]) -> Result<()> {
+    if rays.len() != hits.len() {
+        return Err(Error::Check(format!("{} hits for {} rays", hits.len(), rays.len())));
+    }
+    let count = |count: usize| {
+        u32::try_from(count).map_err(|_| Error::Check(format!("{count} elements are too many for a ray dump")))
+    };
+    let counts = [VERSION, count(rays.len())?, count(triangles.len())?];
+    write_atomically(path, |writer| write_body(writer, counts, triangles, rays, hits).map_err(Error::io("write", path)))
+}
+
+fn write_body(
+    writer: &mut BufWriter<&File>,
+    counts: [u32; 3],
+    triangles: &[[Vec3; 3]],
+    rays: &[Ray],
+    hits: &[Hit],
+) -> std::io::Result<()> {
+    writer.write_all(&MAGIC)?;
+    for count in counts {
+        writer.write_all(&count.to_le_bytes())?;
+    }
+    for corner in triangles.as_flattened() {
+        write_floats(writer, corner.to_array())?;
+    }
+    for ray in rays {
+        write_floats(writer, ray.origin)?;
+        write_floats(writer, [ray.t_min])?;
+        write_floats(writer, ray.direction)?;
+        write_floats(writer, [ray.t_max])?;
+    }
+    for hit in hits {
+        write_floats(writer, [hit.t])?;
+        writer.write_all(&hit.prim.to_le_bytes())?;
+        write_floats(writer, [hit.u, hit.v])?;
+    }
+    Ok(())
+}
+
+fn write_floats<const N: usize>(writer: &mut BufWriter<&File>, values: [f32; N]) -> std::io::Result<()> {
+    values.iter().try_for_each(|value| writer.write_all(&value.to_le_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shared::NO_HIT;
+
+    fn ray(first: f32) -> Ray {
+        let [a, b, c, d, e, f, g, h] = std::array::from_fn(|i| first + i as f32);
+        Ray { origin: [a, b, c], t_min: d, direction: [e, f, g], t_max: h }
+    }
+
+    #[test]
+    fn every_word_stands_where_the_format_says() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.rays");
+        let triangles = [[Vec3::new(1.0, 2.0, 3.0), Vec3::new(4.0, 5.0, 6.0), Vec3::new(7.0, 8.0, 9.0)]];
+        let rays = [ray(10.0), ray(20.0)];
+        let hits = [Hit { t: 30.0, prim: 0, u: 31.0, v: 32.0 }, Hit { t: 27.0, prim: NO_HIT, u: 0.0, v: 0.0 }];
+        write(&path, &triangles, &rays, &hits).unwrap();
+
+        let bytes = std::fs::read(&path).unwrap();
+        assert_eq!(&bytes[..4], b"CRBR");
+        let words: Vec<u32> = bytes[4..].chunks(4).map(|w| u32::from_le_bytes(w.try_into().unwrap())).collect();
+        let floats =
+            |range: std::ops::Range<usize>| -> Vec<f32> { words[range].iter().map(|w| f32::from_bits(*w)).collect() };
+        assert_eq!(words[..3], [1, 2, 1]);
+        assert_eq!(floats(3..12), (1..10).map(|i| i as f32).collect::<Vec<_>>());
+        assert_eq!(floats(12..20), (10..18).map(|i| i as f32).collect::<Vec<_>>());
+        assert_eq!(floats(20..28), (20..28).map(|i| i as f32).collect::<Vec<_>>());
+        assert_eq!((words[28], words[29]), (30f32.to_bits(), 0));
+        assert_eq!(floats(30..32), [31.0, 32.0]);
+        assert_eq!((words[32], words[33], words.len()), (27f32.to_bits(), NO_HIT, 36));
+    }
+
+    #[test]
+    fn a_missing_hit_is_an_error_and_no_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.rays");
+        assert!(matches!(write(&path, &[], &[ray(0.0)], &[]), Err(Error::Check(_))));
+        assert!(!path.exists());
+    }
+}
