@@ -196,7 +196,7 @@ shared! {
         sky_zenith: [f32; 3],
         /// Length of ambient occlusion rays.
         ao_radius: f32,
-        /// Radiance of the sky straight down; the horizon is half way.
+        /// Radiance of the sky at the horizon and below.
         sky_horizon: [f32; 3],
         /// Most bounces of a path.
         max_depth: u32,

@@ -5,10 +5,11 @@
 // drivers have in hardware. `caribou verify` proves both exhaustively over all mantissas.
 #ifndef EXACT_GLSL
 #define EXACT_GLSL
+#include "shared.glsl"
 
-layout(constant_id = 1) const bool DRIVER_RCP_EXACT = false;
-layout(constant_id = 2) const bool DRIVER_SQRT_EXACT = false;
-layout(constant_id = 3) const bool DRIVER_FMA_FUSED = true;
+layout(constant_id = SPEC_RCP_EXACT) const bool DRIVER_RCP_EXACT = false;
+layout(constant_id = SPEC_SQRT_EXACT) const bool DRIVER_SQRT_EXACT = false;
+layout(constant_id = SPEC_FMA_FUSED) const bool DRIVER_FMA_FUSED = true;
 
 // 1 / x for normal x with a normal reciprocal. Two Newton steps are correctly rounded for every
 // mantissa but the largest (Markstein 2000, theorem 8.3), whose reciprocal is put in by hand.

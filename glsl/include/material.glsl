@@ -5,11 +5,11 @@
 #define MATERIAL_GLSL
 #include "surface.glsl"
 
-layout(constant_id = 8) const bool HAS_MIRRORS = true;
-layout(constant_id = 9) const bool HAS_GLASS = true;
-layout(constant_id = 10) const bool HAS_EMISSION = true;
-layout(constant_id = 11) const bool HAS_UNLIT = true;
-layout(constant_id = 12) const uint INDIRECT = INDIRECT_AO;
+layout(constant_id = SPEC_MIRRORS) const bool HAS_MIRRORS = true;
+layout(constant_id = SPEC_GLASS) const bool HAS_GLASS = true;
+layout(constant_id = SPEC_EMISSION) const bool HAS_EMISSION = true;
+layout(constant_id = SPEC_UNLIT) const bool HAS_UNLIT = true;
+layout(constant_id = SPEC_INDIRECT) const uint INDIRECT = INDIRECT_AO;
 
 bool is_unlit(Material m) { return HAS_UNLIT && (m.flags & MATERIAL_UNLIT) != 0u; }
 

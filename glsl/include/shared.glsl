@@ -124,6 +124,31 @@ const uint DIMENSION_CAMERA = 4096u;
 // Dimension pair of a bounce's ambient occlusion ray: offset from the bounce's own.
 const uint DIMENSION_AO = 2048u;
 
-// Depth of pixels that see nothing: large, but finite, for programs that average.
+// Depth of pixels that see nothing: far beyond any scene, yet finite, for programs that average.
 const float Z_NOTHING = 1.0e10;
+
+// Specialization constants. The driver rounds reciprocals correctly.
+const uint SPEC_RCP_EXACT = 1u;
+// The driver rounds square roots correctly.
+const uint SPEC_SQRT_EXACT = 2u;
+// The driver's fma rounds once.
+const uint SPEC_FMA_FUSED = 3u;
+// Loop iterations after which a trace kernel stops, 0 for no limit.
+const uint SPEC_STEP_LIMIT = 4u;
+// Count node visits and triangle tests.
+const uint SPEC_COUNT = 5u;
+// Some mesh has normals.
+const uint SPEC_NORMALS = 6u;
+// Some material has a texture.
+const uint SPEC_TEXTURES = 7u;
+// Some material is metallic.
+const uint SPEC_MIRRORS = 8u;
+// Some material transmits.
+const uint SPEC_GLASS = 9u;
+// Some material emits.
+const uint SPEC_EMISSION = 10u;
+// Some material is unlit.
+const uint SPEC_UNLIT = 11u;
+// INDIRECT_NONE, INDIRECT_AO or INDIRECT_DIFFUSE.
+const uint SPEC_INDIRECT = 12u;
 #endif

@@ -6,7 +6,7 @@
 #include "texture.glsl"
 #include "vec.glsl"
 
-layout(constant_id = 6) const bool HAS_NORMALS = true;
+layout(constant_id = SPEC_NORMALS) const bool HAS_NORMALS = true;
 
 layout(set = 0, binding = 1, std430) readonly buffer Materials { Material materials[]; };
 

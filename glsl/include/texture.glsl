@@ -6,7 +6,7 @@
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_buffer_reference_uvec2 : require
 
-layout(constant_id = 7) const bool HAS_TEXTURES = true;
+layout(constant_id = SPEC_TEXTURES) const bool HAS_TEXTURES = true;
 
 layout(set = 0, binding = 2, std430) readonly buffer Textures { Texture textures[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Texels { uint at[]; };

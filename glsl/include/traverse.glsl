@@ -7,8 +7,8 @@
 
 // Loop iterations after which an invocation stops, 0 for no limit: drivers exist that silently end every
 // loop after 65,535 iterations of an invocation.
-layout(constant_id = 4) const uint STEP_LIMIT = 0u;
-layout(constant_id = 5) const bool COUNT = false;
+layout(constant_id = SPEC_STEP_LIMIT) const uint STEP_LIMIT = 0u;
+layout(constant_id = SPEC_COUNT) const bool COUNT = false;
 
 // Where a traversal stands: the link to follow next and the links put off.
 struct Cursor {

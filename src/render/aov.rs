@@ -6,7 +6,7 @@ use crate::{Error, Result};
 
 /// `Z` of a pixel that shows no surface: far beyond any scene, yet finite. Every other AOV is 0 there,
 /// and `primId` is [`crate::shared::NO_HIT`].
-pub const Z_MISS: f32 = 1.0e10;
+pub const Z_MISS: f32 = crate::shared::Z_NOTHING;
 
 /// An arbitrary output variable of the first hit of a pixel's first sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

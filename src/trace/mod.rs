@@ -1,3 +1,11 @@
 //! Rays in, hits and counters out.
 
+pub mod digest;
+pub mod geometry;
+pub mod stream;
+pub mod tracer;
+
 pub use crate::layout::{Hit, Ray, RayCounters};
+pub use geometry::Geometry;
+pub use stream::Stream;
+pub use tracer::{Query, Tracer, TracerOptions};

@@ -52,6 +52,15 @@ kernels! {
     // variant        file                bindings  push bytes  workgroup
     ProbeArithmetic: "probe_arithmetic",  2,        0,          64;
     ProbeLoop:       "probe_loop",        2,        0,          32;
+    TraceClosest:    "trace_closest",     5,        52,         32;
+    TraceAny:        "trace_any",         5,        52,         32;
+    Generate:        "generate",          3,        16,         32;
+    Light:           "light",             10,       16,         32;
+    Gather:          "gather",            5,        16,         32;
+    Shade:           "shade",             7,        16,         32;
+    Resolve:         "resolve",           3,        16,         32;
+    Aov:             "aov",               7,        16,         32;
+    Secondary:       "secondary",         6,        16,         32;
 }
 
 /// Most bindings of any kernel.

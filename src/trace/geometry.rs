@@ -1,0 +1,35 @@
+//! The BVH on the device.
+
+use crate::Result;
+use crate::bvh::Bvh;
+use crate::vulkan::{Buffer, Gpu};
+
+/// Nodes and triangles in device memory, reached by address because scenes outgrow bindings.
+pub struct Geometry {
+    /// Nodes from the root at 0.
+    pub nodes: Buffer,
+    /// Triangles in traversal order.
+    pub triangles: Buffer,
+    /// Low and high corner of the scene.
+    pub bounds: [[f32; 3]; 2],
+}
+
+impl Geometry {
+    /// Uploads `bvh`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] if it does not fit the device.
+    pub fn upload(gpu: &Gpu, bvh: &Bvh) -> Result<Geometry> {
+        Ok(Geometry {
+            nodes: gpu.upload("nodes", &bvh.nodes)?,
+            triangles: gpu.upload("triangles", &bvh.triangles)?,
+            bounds: [bvh.bounds.0.into(), bvh.bounds.1.into()],
+        })
+    }
+}
+
+/// A buffer's address as kernels take it: low word first.
+pub fn address(buffer: &Buffer) -> [u32; 2] {
+    let address = buffer.address();
+    [address as u32, (address >> 32) as u32]
+}

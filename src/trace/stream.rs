@@ -1,0 +1,88 @@
+//! Kernels one after the other, submitted when a result is needed, timed by stage.
+
+use std::collections::BTreeMap;
+
+use crate::Result;
+use crate::vulkan::{Buffer, Gpu, Pipeline, Recorder};
+
+/// Label of the spans between stages.
+const BETWEEN: &str = "";
+
+/// A sequence of dispatches, each after all before it. Nothing runs before [`Stream::finish`].
+pub struct Stream<'g> {
+    gpu: &'g Gpu,
+    recorder: Option<Recorder>,
+    seconds: BTreeMap<String, f64>,
+}
+
+impl<'g> Stream<'g> {
+    /// An empty stream.
+    pub fn new(gpu: &'g Gpu) -> Stream<'g> {
+        Stream { gpu, recorder: None, seconds: BTreeMap::new() }
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &'g Gpu {
+        self.gpu
+    }
+
+    fn recorder(&mut self, stage: &str) -> Result<&mut Recorder> {
+        if self.recorder.is_none() {
+            self.recorder = Some(self.gpu.recorder(stage)?);
+        }
+        Ok(self.recorder.as_mut().unwrap_or_else(|| unreachable!("just made")))
+    }
+
+    /// Runs one invocation of `pipeline` for each of `count` items. `reached` are the buffers that the
+    /// kernel reads by address.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn dispatch(
+        &mut self,
+        stage: &str,
+        pipeline: &Pipeline,
+        (buffers, reached): (&[&Buffer], &[&Buffer]),
+        push: &impl bytemuck::NoUninit,
+        count: u32,
+    ) -> Result<()> {
+        let groups = count.div_ceil(pipeline.kernel().interface().local_size);
+        let recorder = self.recorder(stage)?;
+        recorder.timestamp(stage)?;
+        recorder.dispatch(pipeline, buffers, bytemuck::bytes_of(push), groups)?;
+        recorder.timestamp(BETWEEN)?;
+        recorder.barrier();
+        reached.iter().for_each(|buffer| recorder.keep(buffer));
+        Ok(())
+    }
+
+    /// Sets every word of `buffer` to `value`.
+    ///
+    /// # Errors
+    /// As [`Recorder::fill`].
+    pub fn fill(&mut self, buffer: &Buffer, value: u32) -> Result<()> {
+        let recorder = self.recorder("fill")?;
+        recorder.fill(buffer, value)?;
+        recorder.barrier();
+        Ok(())
+    }
+
+    /// Submits what was recorded and waits for it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] naming the first stage of the submission if the device fails.
+    pub fn finish(&mut self) -> Result<()> {
+        let Some(recorder) = self.recorder.take() else { return Ok(()) };
+        for span in recorder.submit()?.spans {
+            if span.label != BETWEEN {
+                *self.seconds.entry(span.label).or_default() += span.seconds;
+            }
+        }
+        Ok(())
+    }
+
+    /// Seconds on the device by stage since the last call.
+    pub fn take_seconds(&mut self) -> BTreeMap<String, f64> {
+        std::mem::take(&mut self.seconds)
+    }
+}
