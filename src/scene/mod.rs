@@ -1,6 +1,12 @@
 //! Scenes: what a glTF file, a built-in name or a procedural recipe becomes before the BVH is built.
 
+mod framing;
+mod gltf;
+
 use glam::{Mat4, Vec2, Vec3};
+
+pub use framing::{framing_camera, select_camera};
+pub use gltf::{load, load_slice};
 
 /// A scene flattened to world-space triangles. Arrays that run per triangle are parallel; their index
 /// is the *primitive id* that hits carry.
