@@ -15,6 +15,7 @@ pub struct Scene {
     /// What the user called it: the file's name or `builtin:NAME`.
     pub name: String,
     /// World-space corners of each triangle. Finite; components below 2^-100 in magnitude are zero.
+    /// Counter-clockwise seen from the front, also in mirrored instances.
     pub positions: Vec<[Vec3; 3]>,
     /// Material of each triangle: an index into `materials`.
     pub material_ids: Vec<u32>,

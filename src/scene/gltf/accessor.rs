@@ -11,6 +11,8 @@ use crate::Result;
 
 /// An accessor without a bufferView costs no bytes in the file, so its size needs a bound of its own.
 const MAX_ZERO_FILLED: u64 = 1 << 22;
+/// Size of the largest element that is ever read, a VEC3 of FLOAT.
+const LARGEST_READ: usize = 12;
 
 /// Reads accessors; each lies inside its buffer views.
 pub(super) struct Accessors<'a> {
@@ -40,19 +42,19 @@ impl<'a> Accessors<'a> {
     /// Positions or normals: VEC3 of FLOAT. `what` is the attribute's name for messages.
     pub fn vec3(&self, index: Index<Accessor>, what: &str) -> Result<Vec<[f32; 3]>> {
         self.expect(index, what, Type::Vec3, &[ComponentType::F32])?;
-        self.read(index, |bytes| floats::<3>(bytes))
+        self.read(index, 12, floats::<3>)
     }
 
     /// Texture coordinates: VEC2 of FLOAT, or of normalised UNSIGNED_BYTE or UNSIGNED_SHORT.
     pub fn vec2(&self, index: Index<Accessor>, what: &str) -> Result<Vec<[f32; 2]>> {
         use ComponentType::{F32, U8, U16};
         match self.expect(index, what, Type::Vec2, &[F32, U8, U16])? {
-            U8 => self.read(index, |b| [f32::from(b[0]) / 255.0, f32::from(b[1]) / 255.0]),
-            U16 => self.read(index, |b| {
+            U8 => self.read(index, 2, |b| [f32::from(b[0]) / 255.0, f32::from(b[1]) / 255.0]),
+            U16 => self.read(index, 4, |b| {
                 let normalised = |i: usize| f32::from(u16::from_le_bytes([b[i], b[i + 1]])) / 65535.0;
                 [normalised(0), normalised(2)]
             }),
-            _ => self.read(index, |bytes| floats::<2>(bytes)),
+            _ => self.read(index, 8, floats::<2>),
         }
     }
 
@@ -60,9 +62,9 @@ impl<'a> Accessors<'a> {
     pub fn indices(&self, index: Index<Accessor>) -> Result<Vec<u32>> {
         use ComponentType::{U8, U16, U32};
         match self.expect(index, "indices", Type::Scalar, &[U8, U16, U32])? {
-            U8 => self.read(index, |b| u32::from(b[0])),
-            U16 => self.read(index, |b| u32::from(u16::from_le_bytes([b[0], b[1]]))),
-            _ => self.read(index, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+            U8 => self.read(index, 1, |b| u32::from(b[0])),
+            U16 => self.read(index, 2, |b| u32::from(u16::from_le_bytes([b[0], b[1]]))),
+            _ => self.read(index, 4, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])),
         }
     }
 
@@ -84,15 +86,12 @@ impl<'a> Accessors<'a> {
         }
     }
 
-    /// Decodes every element; `decode` gets exactly an element's bytes.
-    fn read<T: Copy>(&self, index: Index<Accessor>, decode: impl Fn(&[u8]) -> T) -> Result<Vec<T>> {
+    /// Decodes every element; `decode` gets exactly an element's `size` bytes.
+    fn read<T: Copy>(&self, index: Index<Accessor>, size: usize, decode: impl Fn(&[u8]) -> T) -> Result<Vec<T>> {
         let accessor = &self.root.accessors[index.value()];
         let count = accessor.count.0 as usize;
-        let (kind, component) = kind(accessor).map_err(|p| self.source.fault("accessor", p, "export it again"))?;
-        let size = element_bytes(kind, component) as usize;
-
         let mut elements = match accessor.buffer_view {
-            None => vec![decode(&[0; MAX_ELEMENT_BYTES][..size]); count],
+            None => vec![decode(&[0; LARGEST_READ][..size]); count],
             Some(view) => {
                 let stride = self.root.buffer_views[view.value()].byte_stride.map_or(size, |s| s.0);
                 let start = accessor.byte_offset.map_or(0, |o| o.0) as usize;
@@ -102,10 +101,10 @@ impl<'a> Accessors<'a> {
         };
 
         let Some(sparse) = &accessor.sparse else { return Ok(elements) };
-        let index_bytes = match sparse.indices.component_type {
-            Checked::Valid(component) => component_bytes(component.0) as usize,
-            Checked::Invalid => return Ok(elements), // cannot happen: refused by `check`
+        let Checked::Valid(index_type) = sparse.indices.component_type else {
+            return Ok(elements); // cannot happen: `check` has refused it
         };
+        let index_bytes = component_bytes(index_type.0) as usize;
         let positions = &self.buffers.view(sparse.indices.buffer_view)[sparse.indices.byte_offset.0 as usize..];
         let values = &self.buffers.view(sparse.values.buffer_view)[sparse.values.byte_offset.0 as usize..];
         let replaced = positions.chunks(index_bytes).zip(values.chunks(size)).take(sparse.count.0 as usize);
@@ -199,9 +198,6 @@ fn kind(accessor: &Accessor) -> Result<(Type, ComponentType), String> {
         (_, Checked::Invalid) => Err("componentType is unknown; 5120 to 5123, 5125 and 5126 are".into()),
     }
 }
-
-/// A MAT4 of FLOAT.
-const MAX_ELEMENT_BYTES: usize = 64;
 
 /// Size of an element; the columns of matrices start at multiples of 4 bytes (section 3.6.2.4).
 fn element_bytes(kind: Type, component: ComponentType) -> u64 {

@@ -25,18 +25,23 @@ pub(super) fn flatten(
     scene: &mut Scene,
     remarks: &mut Remarks,
 ) -> Result<()> {
-    let triangles = instances.iter().map(|i| i.triangles).sum();
-    let with_normals = instances.iter().any(|i| i.attribute(Semantic::Normals).is_some());
+    let triangles = instances.iter().map(|i| i.shape.triangles).sum();
+    let with_normals = instances.iter().any(|i| i.shape.attribute(Semantic::Normals).is_some());
     let with_uvs = instances.iter().any(|i| uv_set(i, uv_sets).is_some());
-    scene.positions.reserve_exact(triangles);
-    scene.material_ids.reserve_exact(triangles);
-    scene.normals.reserve_exact(if with_normals { triangles } else { 0 });
-    scene.uvs.reserve_exact(if with_uvs { triangles } else { 0 });
+    let reserved = scene
+        .positions
+        .try_reserve_exact(triangles)
+        .and_then(|()| scene.material_ids.try_reserve_exact(triangles))
+        .and_then(|()| scene.normals.try_reserve_exact(if with_normals { triangles } else { 0 }))
+        .and_then(|()| scene.uvs.try_reserve_exact(if with_uvs { triangles } else { 0 }));
+    reserved.map_err(|error| {
+        source.fault("scene", format!("{triangles} triangles do not fit into memory: {error}"), "simplify the scene")
+    })?;
 
     for instance in instances {
         let corners = Corners::read(source, accessors, instance)?;
         append_positions(source, accessors, instance, &corners, scene)?;
-        let material = instance.primitive.material.map_or(uv_sets.len(), |m| m.value());
+        let material = instance.shape.primitive.material.map_or(uv_sets.len(), |m| m.value());
         scene.material_ids.resize(scene.positions.len(), material as u32);
         if with_normals {
             append_normals(accessors, instance, &corners, scene, remarks)?;
@@ -44,7 +49,7 @@ pub(super) fn flatten(
         if with_uvs {
             append_uvs(accessors, instance, &corners, uv_sets, scene, remarks)?;
         }
-        scene.report.vertices += instance.vertices;
+        scene.report.vertices += instance.shape.vertices;
     }
     scene.report.mesh_instances = instances.len();
     scene.report.degenerate_triangles = scene.positions.iter().filter(|t| is_degenerate(t)).count();
@@ -61,12 +66,12 @@ struct Corners<'a> {
 impl<'a> Corners<'a> {
     /// Reads the indices; every one is below the vertex count.
     fn read(source: &Source, accessors: &Accessors, instance: &'a Instance) -> Result<Self> {
-        let indices = instance.primitive.indices.map(|accessor| accessors.indices(accessor)).transpose()?;
-        if let (Some(indices), Some(accessor)) = (&indices, instance.primitive.indices)
-            && let Some(at) = indices.iter().position(|&i| i as usize >= instance.vertices)
+        let indices = instance.shape.primitive.indices.map(|accessor| accessors.indices(accessor)).transpose()?;
+        if let (Some(indices), Some(accessor)) = (&indices, instance.shape.primitive.indices)
+            && let Some(at) = indices.iter().position(|&i| i as usize >= instance.shape.vertices)
         {
-            let problem = format!("element {at} is index {} of {} vertices", indices[at], instance.vertices);
-            let object = format!("accessor {} ({})", accessor.value(), instance.name());
+            let problem = format!("element {at} is index {} of {} vertices", indices[at], instance.shape.vertices);
+            let object = format!("accessor {} ({})", accessor.value(), instance.shape.name());
             return Err(source.fault(object, problem, "export the scene again"));
         }
         let mirrored = instance.world.matrix3.determinant() < 0.0;
@@ -75,8 +80,8 @@ impl<'a> Corners<'a> {
 
     /// The vertex indices of each triangle, in their final winding.
     fn triangles(&self) -> impl Iterator<Item = [usize; 3]> {
-        (0..self.instance.triangles).map(|i| {
-            let corners = self.instance.topology.corners(i);
+        (0..self.instance.shape.triangles).map(|i| {
+            let corners = self.instance.shape.topology.corners(i);
             let [a, b, c] = match &self.indices {
                 Some(indices) => corners.map(|corner| indices[corner] as usize),
                 None => corners,
@@ -93,7 +98,7 @@ fn append_positions(
     corners: &Corners,
     scene: &mut Scene,
 ) -> Result<()> {
-    let local = accessors.vec3(instance.positions, "POSITION")?;
+    let local = accessors.vec3(instance.shape.positions, "POSITION")?;
     let world: Vec<Vec3> = local.iter().map(|&p| world_position(instance.world, p)).collect();
     if let Some(at) = world.iter().position(|p| !p.is_finite()) {
         return Err(fault_position(source, instance, at, local[at]));
@@ -109,12 +114,12 @@ fn world_position(world: &DAffine3, local: [f32; 3]) -> Vec3 {
 }
 
 fn fault_position(source: &Source, instance: &Instance, at: usize, local: [f32; 3]) -> Error {
-    let accessor = format!("accessor {}", instance.positions.value());
+    let accessor = format!("accessor {}", instance.shape.positions.value());
     if local.iter().all(|x| x.is_finite()) {
         let problem = format!("its transform moves element {at} of {accessor} beyond the largest number");
         return source.fault(format!("node {}", instance.node), problem, "correct the node's transform");
     }
-    let problem = format!("element {at} is {local:?}: positions must be finite ({})", instance.name());
+    let problem = format!("element {at} is {local:?}: positions must be finite ({})", instance.shape.name());
     source.fault(accessor, problem, "repair the mesh and export the scene again")
 }
 
@@ -127,8 +132,8 @@ fn append_normals(
 ) -> Result<()> {
     let first = scene.normals.len();
     let geometric = |triangle: usize| geometric_normal(&scene.positions[first + triangle]);
-    let Some(accessor) = instance.attribute(Semantic::Normals) else {
-        scene.normals.extend((0..instance.triangles).map(|i| [geometric(i); 3]));
+    let Some(accessor) = instance.shape.attribute(Semantic::Normals) else {
+        scene.normals.extend((0..instance.shape.triangles).map(|i| [geometric(i); 3]));
         return Ok(());
     };
     let matrix = normal_matrix(&instance.world.matrix3);
@@ -171,7 +176,7 @@ fn doubled_area(triangle: &[Vec3; 3]) -> DVec3 {
 
 /// The UV set that an instance's base-colour texture uses, if it has one. `uv_sets` is per material.
 fn uv_set(instance: &Instance, uv_sets: &[Option<u32>]) -> Option<u32> {
-    uv_sets[instance.primitive.material?.value()]
+    uv_sets[instance.shape.primitive.material?.value()]
 }
 
 fn append_uvs(
@@ -183,7 +188,7 @@ fn append_uvs(
     remarks: &mut Remarks,
 ) -> Result<()> {
     let set = uv_set(instance, uv_sets);
-    let Some(accessor) = set.and_then(|set| instance.attribute(Semantic::TexCoords(set))) else {
+    let Some(accessor) = set.and_then(|set| instance.shape.attribute(Semantic::TexCoords(set))) else {
         if set.is_some() {
             remarks.add("A textured mesh primitive lacks the texture coordinates that its material names");
         }

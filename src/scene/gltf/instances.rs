@@ -1,6 +1,8 @@
 //! The list of mesh primitives to flatten, with their counts checked before anything is allocated.
 
 use glam::DAffine3;
+use std::collections::BTreeSet;
+
 use gltf::json::accessor::Accessor;
 use gltf::json::mesh::{Primitive, Semantic};
 use gltf::json::validation::Checked;
@@ -21,20 +23,18 @@ const MAX_VERTICES: u64 = 3 * MAX_TRIANGLES;
 /// An instance costs time even if it has no triangle.
 const MAX_INSTANCES: usize = 1 << 22;
 
-/// A triangle primitive at a place in the world.
-pub(super) struct Instance<'a> {
-    /// `mesh 3: primitive 0`, for messages.
-    pub object: (usize, usize),
+/// A mesh primitive that has triangles.
+pub(super) struct Shape<'a> {
+    /// Indices of the mesh and of the primitive in it.
+    object: (usize, usize),
     pub primitive: &'a Primitive,
     pub topology: Topology,
     pub positions: Index<Accessor>,
     pub vertices: usize,
     pub triangles: usize,
-    pub node: usize,
-    pub world: &'a DAffine3,
 }
 
-impl Instance<'_> {
+impl Shape<'_> {
     /// The accessor of an attribute.
     pub fn attribute(&self, semantic: Semantic) -> Option<Index<Accessor>> {
         self.primitive.attributes.get(&Checked::Valid(semantic)).copied()
@@ -46,24 +46,46 @@ impl Instance<'_> {
     }
 }
 
-/// Lists the primitives of all placed nodes and remarks on what of them is left out.
-pub(super) fn list<'a>(
+/// A shape at a place in the world.
+pub(super) struct Instance<'a> {
+    pub shape: &'a Shape<'a>,
+    pub node: usize,
+    pub world: &'a DAffine3,
+}
+
+/// The shapes of each mesh that a placed node holds; remarks on what of them is left out.
+pub(super) fn shapes<'a>(
     source: &Source,
     root: &'a Root,
     accessors: &Accessors,
-    placed: &'a [Placed],
+    placed: &[Placed],
     remarks: &mut Remarks,
+) -> Result<Vec<Vec<Shape<'a>>>> {
+    let mut shapes: Vec<Vec<Shape>> = (0..root.meshes.len()).map(|_| Vec::new()).collect();
+    let held: BTreeSet<usize> = placed.iter().filter_map(|p| Some(root.nodes[p.node].mesh?.value())).collect();
+    for mesh in held {
+        for (p, primitive) in root.meshes[mesh].primitives.iter().enumerate() {
+            shapes[mesh].extend(shape(source, accessors, primitive, (mesh, p), remarks)?);
+        }
+    }
+    Ok(shapes)
+}
+
+/// Places the shapes of all nodes; an error if that is more than can be rendered.
+pub(super) fn list<'a>(
+    source: &Source,
+    root: &Root,
+    shapes: &'a [Vec<Shape<'a>>],
+    placed: &'a [Placed],
 ) -> Result<Vec<Instance<'a>>> {
     let mut instances = Vec::new();
     let (mut triangles, mut vertices) = (0, 0);
     for place in placed {
         let Some(mesh) = root.nodes[place.node].mesh else { continue };
-        for (p, primitive) in root.meshes[mesh.value()].primitives.iter().enumerate() {
-            let object = (mesh.value(), p);
-            let Some(instance) = instance(source, accessors, primitive, object, place, remarks)? else { continue };
-            triangles += instance.triangles as u64;
-            vertices += instance.vertices as u64;
-            instances.push(instance);
+        for shape in &shapes[mesh.value()] {
+            triangles += shape.triangles as u64;
+            vertices += shape.vertices as u64;
+            instances.push(Instance { shape, node: place.node, world: &place.world });
             if triangles > MAX_TRIANGLES || vertices > MAX_VERTICES || instances.len() > MAX_INSTANCES {
                 let problem = format!(
                     "with this instance the scene has {triangles} triangles, {vertices} vertices and {} mesh instances",
@@ -80,14 +102,13 @@ pub(super) fn list<'a>(
 }
 
 /// One primitive; `None` if it has no triangles to show.
-fn instance<'a>(
+fn shape<'a>(
     source: &Source,
     accessors: &Accessors,
     primitive: &'a Primitive,
     object: (usize, usize),
-    place: &'a Placed,
     remarks: &mut Remarks,
-) -> Result<Option<Instance<'a>>> {
+) -> Result<Option<Shape<'a>>> {
     let name = || format!("mesh {}: primitive {}", object.0, object.1);
     let Checked::Valid(mode) = primitive.mode else { return Ok(None) }; // cannot happen: see `references`
     let Some(topology) = Topology::of(mode) else {
@@ -112,22 +133,13 @@ fn instance<'a>(
         }
     }
     let corners = primitive.indices.map_or(vertices, |indices| accessors.count(indices));
-    if topology == Topology::List && corners % 3 != 0 {
+    if topology == Topology::List && !corners.is_multiple_of(3) {
         remarks.add("A triangle list ends with an incomplete triangle, which is left out");
     }
     remark_unsupported(primitive, remarks);
-    let triangles = topology.triangles(corners);
     // A count fits usize: accessors lie inside buffers that are in memory, or are bounded.
-    Ok(Some(Instance {
-        object,
-        primitive,
-        topology,
-        positions,
-        vertices: vertices as usize,
-        triangles: triangles as usize,
-        node: place.node,
-        world: &place.world,
-    }))
+    let (vertices, triangles) = (vertices as usize, topology.triangles(corners) as usize);
+    Ok(Some(Shape { object, primitive, topology, positions, vertices, triangles }))
 }
 
 fn remark_unsupported(primitive: &Primitive, remarks: &mut Remarks) {

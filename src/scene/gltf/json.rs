@@ -65,7 +65,7 @@ fn parse_tracked<'de, S: DeserializeSeed<'de>>(source: &Source, text: &'de [u8],
         .deserialize(serde_path_to_error::Deserializer::new(&mut json, &mut track))
         .and_then(|value| json.end().map(|()| value));
     value.map_err(|error| {
-        let object = object_name(&track.path().to_string());
+        let object = object_name(&track.path().to_string().escape_debug().to_string());
         source.fault(object, error.to_string(), "correct the JSON or export the scene again")
     })
 }

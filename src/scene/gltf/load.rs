@@ -17,8 +17,6 @@ use crate::scene::{Material, Scene, SceneReport};
 
 /// Loads a `.glb` or `.gltf` file: the default scene or, without one, scene 0.
 ///
-/// Mirrored instances keep their outside: see [`Scene::positions`] for the winding.
-///
 /// # Errors
 ///
 /// [`crate::Error::Io`] if the file cannot be read, [`crate::Error::Input`] if it is not a legal glTF 2.0
@@ -53,11 +51,12 @@ fn from_bytes(source: Source, bytes: &[u8]) -> Result<Scene> {
     extensions::remark_unsupported(&root, &mut remarks);
     remark_unsupported(&root, &mut remarks);
     let placed = nodes::place(&source, &root)?;
-    let instances = instances::list(&source, &root, &accessors, &placed, &mut remarks)?;
+    let shapes = instances::shapes(&source, &root, &accessors, &placed, &mut remarks)?;
+    let instances = instances::list(&source, &root, &shapes, &placed)?;
     let mut textures = Textures::new(source, &root, &buffers, reader);
     let used = used_materials(&root, &instances);
     let mut materials = material::convert(&source, &root, &used, &mut textures, &mut remarks)?;
-    if materials.list.is_empty() || instances.iter().any(|i| i.primitive.material.is_none()) {
+    if materials.list.is_empty() || instances.iter().any(|i| i.shape.primitive.material.is_none()) {
         materials.list.push(Material::default());
     }
 
@@ -77,7 +76,7 @@ fn from_bytes(source: Source, bytes: &[u8]) -> Result<Scene> {
 
 fn used_materials(root: &Root, instances: &[Instance]) -> Vec<bool> {
     let mut used = vec![false; root.materials.len()];
-    for material in instances.iter().filter_map(|instance| instance.primitive.material) {
+    for material in instances.iter().filter_map(|instance| instance.shape.primitive.material) {
         used[material.value()] = true;
     }
     used

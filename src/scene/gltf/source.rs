@@ -17,6 +17,15 @@ pub(super) struct Source<'a> {
 impl Source<'_> {
     /// An [`Error::Input`] about `object` in this file.
     pub fn fault(&self, object: impl Display, problem: impl Into<String>, remedy: impl Into<String>) -> Error {
-        Error::input(self.file, object.to_string(), problem, remedy)
+        Error::input(self.file, shorten(object.to_string()), shorten(problem.into()), remedy)
+    }
+}
+
+/// Names and URIs in files may have any length; messages may not.
+fn shorten(text: String) -> String {
+    const LONGEST: usize = 400;
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
     }
 }
