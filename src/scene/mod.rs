@@ -1,8 +1,13 @@
 //! Scenes: what a glTF file, a built-in name or a procedural recipe becomes before the BVH is built.
 
+mod framing;
+mod gltf;
 pub mod tables;
 
 use glam::{Mat4, Vec2, Vec3};
+
+pub use framing::{framing_camera, select_camera};
+pub use gltf::{load, load_slice};
 
 /// A scene flattened to world-space triangles. Arrays that run per triangle are parallel; their index
 /// is the *primitive id* that hits carry.
@@ -11,6 +16,7 @@ pub struct Scene {
     /// What the user called it: the file's name or `builtin:NAME`.
     pub name: String,
     /// World-space corners of each triangle. Finite; components below 2^-100 in magnitude are zero.
+    /// Counter-clockwise seen from the front, also in mirrored instances.
     pub positions: Vec<[Vec3; 3]>,
     /// Material of each triangle: an index into `materials`.
     pub material_ids: Vec<u32>,
