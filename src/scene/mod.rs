@@ -1,5 +1,9 @@
 //! Scenes: what a glTF file, a built-in name or a procedural recipe becomes before the BVH is built.
 
+pub mod glb;
+pub mod procedural;
+mod weld;
+
 use glam::{Mat4, Vec2, Vec3};
 
 /// A scene flattened to world-space triangles. Arrays that run per triangle are parallel; their index
