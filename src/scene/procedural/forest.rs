@@ -105,7 +105,7 @@ fn broadleaf(builder: &mut Builder, palette: &Palette, root: Vec3, budget: usize
     let lean = random.in_ball() * Vec3::new(0.5, 0.0, 0.5);
     let fork = root + lean + Vec3::Y * height * 0.45;
     let girth = 0.035 * height;
-    builder.sheet(palette.bark, 1.5, (budget / 20).max(10), rod(root - Vec3::Y * 0.3, fork, [girth, girth * 0.6]));
+    builder.sheet(palette.bark, 2.0, (budget / 20).max(10), rod(root - Vec3::Y * 0.3, fork, [girth, girth * 0.6]));
 
     let branches = (budget / 40).clamp(3, 24);
     let ends: Vec<Vec3> = (0..branches)
@@ -115,8 +115,8 @@ fn broadleaf(builder: &mut Builder, palette: &Palette, root: Vec3, budget: usize
         })
         .collect();
     for &tip in &ends {
-        let share = (budget / 10 / branches).max(6);
-        builder.sheet(palette.bark, 0.8, share, rod(fork, tip, [girth * 0.45, girth * 0.1]));
+        let share = (budget / 10 / branches).max(8);
+        builder.sheet(palette.bark, 2.5, share, rod(fork, tip, [girth * 0.45, girth * 0.1]));
     }
 
     let leaves = end.saturating_sub(builder.len()) / 2;
@@ -135,7 +135,7 @@ fn conifer(builder: &mut Builder, palette: &Palette, root: Vec3, budget: usize, 
     let height = random.between(6.0, 10.0);
     let girth = 0.02 * height;
     let top = root + Vec3::Y * height;
-    builder.sheet(palette.bark, 1.0, (budget / 15).max(10), rod(root - Vec3::Y * 0.3, top, [girth, girth * 0.1]));
+    builder.sheet(palette.bark, 2.0, (budget / 15).max(10), rod(root - Vec3::Y * 0.3, top, [girth, girth * 0.1]));
 
     let sprays = end.saturating_sub(builder.len()) / 2;
     let length = (1.3 * height * height / sprays.max(1) as f32).sqrt().min(0.9);

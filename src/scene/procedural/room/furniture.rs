@@ -29,7 +29,7 @@ impl Furnisher<'_> {
         let walnut = self.materials.walnut;
         for (x, z) in [(-0.19, -0.19), (0.19, -0.19), (-0.19, 0.19), (0.19, 0.19)] {
             let (foot, seat) = (frame.point(Vec3::new(x * 1.15, 0.0, z * 1.15)), frame.point(Vec3::new(x, 0.45, z)));
-            self.parts.curved(walnut, (10, 1), 0.7, rod(foot, seat, [0.014, 0.022]));
+            self.parts.curved(walnut, (10, 1), 2.0, rod(foot, seat, [0.014, 0.022]));
         }
         self.block(walnut, &frame, [0.0, 0.46, 0.0], [0.23, 0.015, 0.23]);
         let rest = frame.shifted(Vec3::new(0.0, 0.5, 0.22));
@@ -48,7 +48,7 @@ impl Furnisher<'_> {
         let bulb = Frame::at(centre + Vec3::Y * 0.07);
         self.parts.curved(self.materials.bulb, (16, 3), 2.0, ellipsoid(bulb, Vec3::splat(0.045)));
         let cord = rod(centre + Vec3::Y * 0.19, centre.with_y(ceiling), [0.006, 0.006]);
-        self.parts.curved(self.materials.walnut, (6, 1), 0.3, cord);
+        self.parts.curved(self.materials.walnut, (6, 1), 3.0, cord);
     }
 
     /// A vase, bowl or bottle of a random form, standing on `foot`.
@@ -188,7 +188,7 @@ impl Furnisher<'_> {
         let base = [[0.16, 0.0], [0.155, 0.02], [0.03, 0.03], [0.012, 0.06]];
         self.parts.curved(self.materials.brass, (24, 4), 2.0, lathe(Frame::at(foot), &base));
         let stem = rod(foot + Vec3::Y * 0.05, foot + Vec3::Y * 1.5, [0.012, 0.012]);
-        self.parts.curved(self.materials.brass, (10, 1), 0.3, stem);
+        self.parts.curved(self.materials.brass, (10, 1), 2.0, stem);
         let shade = rod(foot + Vec3::Y * 1.4, foot + Vec3::Y * 1.72, [0.24, 0.16]);
         self.parts.curved(self.materials.cloth[0], (20, 6), 3.0, shade);
     }
