@@ -3,6 +3,9 @@
 mod framing;
 mod gltf;
 pub mod tables;
+pub mod glb;
+pub mod procedural;
+mod weld;
 
 use glam::{Mat4, Vec2, Vec3};
 
