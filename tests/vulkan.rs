@@ -2,6 +2,8 @@
 //!
 //! Without a driver the tests skip aloud; with `CARIBOU_REQUIRE_VULKAN=1` they fail instead.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use caribou::Error;
 use caribou::vulkan::{Buffer, Gpu, GpuOptions, Kernel, Place, list_devices};
 

@@ -25,6 +25,10 @@ pub struct Probe {
     pub exact_division: bool,
     /// Largest error of `a / b` in units of the last place.
     pub division_ulp: u32,
+    /// `1 / b` is correctly rounded for normal operands and results.
+    pub exact_reciprocal: bool,
+    /// Largest error of `1 / b` in units of the last place.
+    pub reciprocal_ulp: u32,
     /// `sqrt` is correctly rounded for normal operands.
     pub exact_sqrt: bool,
     /// Largest error of `sqrt` in units of the last place.
@@ -39,6 +43,7 @@ pub struct Probe {
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Results {
     quotient: f32,
+    reciprocal: f32,
     root: f32,
     fused: f32,
     product: f32,
@@ -90,12 +95,14 @@ fn arithmetic(gpu: &Gpu) -> Result<Probe> {
         // Beyond 2^126 the Vulkan specification (Precision of Individual Operations) bounds no error.
         if x.b.abs() <= 2f32.powi(126) {
             probe.division_ulp = probe.division_ulp.max(differ(x.a / x.b, y.quotient));
+            probe.reciprocal_ulp = probe.reciprocal_ulp.max(differ(1.0 / x.b, y.reciprocal));
         }
         if x.a > 0.0 {
             probe.sqrt_ulp = probe.sqrt_ulp.max(differ(x.a.sqrt(), y.root));
         }
     }
     probe.exact_division = probe.division_ulp == 0;
+    probe.exact_reciprocal = probe.reciprocal_ulp == 0;
     probe.exact_sqrt = probe.sqrt_ulp == 0;
     let [half, half_product, half_sum, plus, minus, nan] = special else { unreachable!("as many results as operands") };
     probe.denormals_preserved =

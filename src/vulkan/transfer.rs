@@ -93,7 +93,7 @@ impl Gpu {
         let source = host_range(memory, offset, bytes.len())?;
         let _device_idle = self.context.queue();
         // SAFETY: as in `write_mapped`.
-        unsafe { source.copy_to_nonoverlapping(NonNull::from(bytes.as_mut()).cast(), bytes.len()) };
+        unsafe { source.copy_to_nonoverlapping(NonNull::from(&mut *bytes).cast(), bytes.len()) };
         Ok(())
     }
 }
