@@ -155,13 +155,11 @@ impl Drop for Compiled {
 
 #[cfg(test)]
 mod tests {
-    use crate::vulkan::{Gpu, GpuOptions, Kernel};
+    use crate::vulkan::{Kernel, gpu};
 
     #[test]
     fn pipelines_are_compiled_once_for_each_specialization() {
-        let Ok(gpu) = Gpu::open(&GpuOptions::default()) else {
-            return eprintln!("SKIPPED: no Vulkan device");
-        };
+        let Some(gpu) = gpu::for_test(false) else { return };
         let raw = |spec: &[(u32, u32)]| gpu.pipeline(Kernel::ProbeLoop, spec).unwrap().0.raw;
         assert_eq!(raw(&[]), raw(&[]));
         // The kernel has no constant 7: Vulkan ignores it.

@@ -76,7 +76,8 @@ fn loop_limit(gpu: &Gpu) -> Result<Option<u32>> {
 }
 
 fn arithmetic(gpu: &Gpu) -> Result<Probe> {
-    let judged = cases();
+    // A denormal c comes from a product at the end of the range.
+    let judged: Vec<Operands> = cases().into_iter().filter(|x| x.c == 0.0 || x.c.is_normal()).collect();
     let tiny = f32::MIN_POSITIVE;
     // A denormal result and operand of the product, operand and result of the sum; then 1 / 0, 1 / -0,
     // and 0 times infinity.
@@ -123,8 +124,10 @@ fn evaluate(gpu: &Gpu, operands: &[Operands]) -> Result<Vec<Results>> {
 }
 
 /// Difference in units of the last place; none where a denormal, infinite or NaN result is expected.
+/// The smallest binade counts as denormal: a device may flush before it rounds.
 fn differ(expected: f32, found: f32) -> u32 {
-    if !expected.is_normal() || expected.to_bits() == found.to_bits() {
+    let judged = expected.is_normal() && expected.abs() >= 2.0 * f32::MIN_POSITIVE;
+    if !judged || expected.to_bits() == found.to_bits() {
         return 0;
     }
     let ordered = |x: f32| i64::from(x.abs().to_bits()) * if x.is_sign_negative() { -1 } else { 1 };

@@ -95,8 +95,11 @@ pub(super) struct Candidate {
 /// All devices, in the loader's order.
 pub(super) fn enumerate(instance: &Instance) -> Result<Vec<Candidate>> {
     // SAFETY: the instance is alive.
-    let devices = unsafe { instance.raw.enumerate_physical_devices() }
-        .map_err(failed("open device", "vkEnumeratePhysicalDevices"))?;
+    let devices = match unsafe { instance.raw.enumerate_physical_devices() } {
+        // What the loader says when there are drivers, and hardware for none of them.
+        Err(vk::Result::ERROR_INITIALIZATION_FAILED) => return Err(Instance::no_device()),
+        devices => devices.map_err(failed("open device", "vkEnumeratePhysicalDevices"))?,
+    };
     Ok(devices.into_iter().enumerate().map(|(index, device)| describe(&instance.raw, index, device)).collect())
 }
 
