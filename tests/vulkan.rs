@@ -240,6 +240,7 @@ fn the_validation_layer_has_nothing_to_say() {
         recorder.copy(&states, 0, &back, 0, 256).unwrap();
         recorder.barrier();
     }
+    drop((steps, counts)); // the recorder holds them
     recorder.submit().unwrap();
     assert_eq!(gpu.download::<u32>(&back, 0..64).unwrap(), [stepped(3); 64]);
     drop(gpu.recorder("never submitted").unwrap());

@@ -248,7 +248,8 @@ fn vendor(id: u32) -> String {
     name.to_owned()
 }
 
-fn text(chars: &[std::ffi::c_char]) -> String {
+/// A string in a fixed array of a Vulkan structure.
+pub(super) fn text(chars: &[std::ffi::c_char]) -> String {
     let bytes: &[u8] = bytemuck::cast_slice(chars);
     CStr::from_bytes_until_nul(bytes).map_or_else(|_| String::new(), |text| text.to_string_lossy().into_owned())
 }
