@@ -2,6 +2,8 @@
 //!
 //! Without a driver the tests skip aloud; with `CARIBOU_REQUIRE_VULKAN=1` they fail instead.
 
+#![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
+
 use caribou::Error;
 use caribou::vulkan::{Buffer, Gpu, GpuOptions, Kernel, Place, list_devices};
 
@@ -238,6 +240,7 @@ fn the_validation_layer_has_nothing_to_say() {
         recorder.copy(&states, 0, &back, 0, 256).unwrap();
         recorder.barrier();
     }
+    drop((steps, counts)); // the recorder holds them
     recorder.submit().unwrap();
     assert_eq!(gpu.download::<u32>(&back, 0..64).unwrap(), [stepped(3); 64]);
     drop(gpu.recorder("never submitted").unwrap());

@@ -63,7 +63,6 @@ impl Gpu {
     /// [`crate::Error::Device`] naming `label` when the device has not that much memory.
     pub fn buffer(&self, label: &str, bytes: u64, place: Place) -> Result<Buffer> {
         let limits = &self.context.info.limits;
-        // Room is left for the allocator's own rounding up, hence the test before it.
         let size = if bytes == 0 { 16 } else { bytes.checked_next_multiple_of(4).unwrap_or(u64::MAX) };
         if size > limits.allocation {
             return Err(too_large(label, bytes, "the driver allows in one allocation", limits.allocation));

@@ -25,7 +25,9 @@ pub(super) struct DiskCache {
 impl DiskCache {
     /// The cache of this device, from disk where there is one; empty otherwise.
     pub fn load(context: &Arc<Context>) -> Result<Self> {
-        let path = folder().map(|folder| folder.join(format!("pipelines-{}.bin", context.info.uuid)));
+        // Some drivers keep their UUID across versions: the version is part of the name.
+        let version = xxh3_64(context.info.driver_version.as_bytes());
+        let path = folder().map(|folder| folder.join(format!("pipelines-{}-{version:016x}.bin", context.info.uuid)));
         let data = path.as_deref().and_then(read).unwrap_or_default();
         let info = vk::PipelineCacheCreateInfo::default().initial_data(&data);
         // SAFETY: the device is alive. The data is what this driver build gave (path and digest); the

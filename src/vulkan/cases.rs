@@ -11,12 +11,13 @@ pub(super) struct Operands {
     pub c: f32,
 }
 
-/// About 18,000 cases, the same ones every time.
+/// About 20,000 cases, the same ones every time.
 pub(super) fn cases() -> Vec<Operands> {
     let mut random = SplitMix(1);
     let mut cases: Vec<Operands> = (0..8192).map(|i| random_case(&mut random, i)).collect();
     cases.extend((0..8192).map(|_| hard_division(&mut random)));
     cases.extend(hard_square_roots());
+    cases.extend(binade_ends());
     cases
 }
 
@@ -25,7 +26,7 @@ fn random_case(random: &mut SplitMix, i: u32) -> Operands {
     let exponents = [0, 60, 126][i as usize % 3];
     let (a, b) = (random.float(exponents), random.float(exponents));
     // Half of the time what rounding the product lost, otherwise something of the product's size.
-    let c = if i % 2 == 0 { -(a * b) } else { a * b * random.float(2) };
+    let c = if i.is_multiple_of(2) { -(a * b) } else { a * b * random.float(2) };
     Operands { a, b, c }
 }
 
@@ -59,12 +60,21 @@ fn hard_square_roots() -> Vec<Operands> {
             let x = (m * m - r) >> k;
             if (1 << 24..1 << 25).contains(&m) && x > 0 && x < 1 << 24 {
                 // An odd k needs an odd exponent, so that the root's scale is a power of two.
-                let a = x as f32 * if k % 2 == 0 { 1.0 } else { 2.0 };
+                let a = x as f32 * if k.is_multiple_of(2) { 1.0 } else { 2.0 };
                 cases.push(Operands { a, b: 1.0, c: 0.0 });
             }
         }
     }
     cases
+}
+
+/// The smallest and largest mantissas of two binades, where reciprocals and square roots are hardest.
+fn binade_ends() -> impl Iterator<Item = Operands> {
+    let mantissas = (0..256).chain((1 << 23) - 256..1 << 23);
+    mantissas.flat_map(|mantissa| [127u32, 128].map(|exponent| f32::from_bits(exponent << 23 | mantissa))).map(|x| {
+        let square = x * x;
+        Operands { a: x, b: x, c: -square }
+    })
 }
 
 /// SplitMix64 (Steele, Lea, Flood 2014).

@@ -90,3 +90,18 @@ pub fn list_devices() -> Result<Vec<DeviceInfo>> {
     let instance = Instance::new(false)?;
     Ok(select::enumerate(&instance)?.into_iter().map(|candidate| candidate.info).collect())
 }
+
+/// A device for unit tests. Without one the test skips aloud; it fails where `CARIBOU_REQUIRE_VULKAN=1`.
+#[cfg(test)]
+pub(crate) fn for_test(validate: bool) -> Option<Gpu> {
+    match Gpu::open(&GpuOptions { device: None, validate }) {
+        Ok(gpu) => Some(gpu),
+        Err(error) if std::env::var_os("CARIBOU_REQUIRE_VULKAN").is_some_and(|value| value != "0") => {
+            panic!("CARIBOU_REQUIRE_VULKAN is set, but: {error}")
+        }
+        Err(error) => {
+            eprintln!("SKIPPED: {error}");
+            None
+        }
+    }
+}

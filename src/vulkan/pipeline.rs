@@ -32,6 +32,17 @@ impl Pipeline {
         self.0.kernel
     }
 
+    /// What the driver says about the compiled kernel, e.g. its registers; names are the driver's.
+    /// Empty where it says nothing, as software drivers do.
+    pub fn statistics(&self) -> Vec<(String, u64)> {
+        let Some(executables) = &self.0.context.executables else { return Vec::new() };
+        let info = vk::PipelineExecutableInfoKHR::default().pipeline(self.0.raw).executable_index(0);
+        // SAFETY: the pipeline was compiled with statistics captured, and every compute pipeline has
+        // at least one executable.
+        let statistics = unsafe { executables.get_pipeline_executable_statistics(&info) }.unwrap_or_default();
+        statistics.iter().filter_map(|one| Some((super::select::text(&one.name), whole(one)?))).collect()
+    }
+
     pub(super) fn new(
         context: &Arc<Context>,
         cache: vk::PipelineCache,
@@ -122,6 +133,19 @@ fn compile(
     }
 }
 
+/// A statistic that counts something.
+fn whole(statistic: &vk::PipelineExecutableStatisticKHR<'_>) -> Option<u64> {
+    use vk::PipelineExecutableStatisticFormatKHR as Format;
+    // SAFETY: the format says which member of the union the driver wrote.
+    unsafe {
+        match statistic.format {
+            Format::UINT64 => Some(statistic.value.u64),
+            Format::INT64 => u64::try_from(statistic.value.i64).ok(),
+            _ => None,
+        }
+    }
+}
+
 fn check_limits(context: &Context, kernel: Kernel) -> Result<()> {
     let (needs, limits) = (kernel.interface(), &context.info.limits);
     let checks = [
@@ -155,13 +179,11 @@ impl Drop for Compiled {
 
 #[cfg(test)]
 mod tests {
-    use crate::vulkan::{Gpu, GpuOptions, Kernel};
+    use crate::vulkan::{Kernel, gpu};
 
     #[test]
     fn pipelines_are_compiled_once_for_each_specialization() {
-        let Ok(gpu) = Gpu::open(&GpuOptions::default()) else {
-            return eprintln!("SKIPPED: no Vulkan device");
-        };
+        let Some(gpu) = gpu::for_test(false) else { return };
         let raw = |spec: &[(u32, u32)]| gpu.pipeline(Kernel::ProbeLoop, spec).unwrap().0.raw;
         assert_eq!(raw(&[]), raw(&[]));
         // The kernel has no constant 7: Vulkan ignores it.

@@ -95,8 +95,11 @@ pub(super) struct Candidate {
 /// All devices, in the loader's order.
 pub(super) fn enumerate(instance: &Instance) -> Result<Vec<Candidate>> {
     // SAFETY: the instance is alive.
-    let devices = unsafe { instance.raw.enumerate_physical_devices() }
-        .map_err(failed("open device", "vkEnumeratePhysicalDevices"))?;
+    let devices = match unsafe { instance.raw.enumerate_physical_devices() } {
+        // What the loader says when there are drivers, and hardware for none of them.
+        Err(vk::Result::ERROR_INITIALIZATION_FAILED) => return Err(Instance::no_device()),
+        devices => devices.map_err(failed("open device", "vkEnumeratePhysicalDevices"))?,
+    };
     Ok(devices.into_iter().enumerate().map(|(index, device)| describe(&instance.raw, index, device)).collect())
 }
 
@@ -245,7 +248,8 @@ fn vendor(id: u32) -> String {
     name.to_owned()
 }
 
-fn text(chars: &[std::ffi::c_char]) -> String {
+/// A string in a fixed array of a Vulkan structure.
+pub(super) fn text(chars: &[std::ffi::c_char]) -> String {
     let bytes: &[u8] = bytemuck::cast_slice(chars);
     CStr::from_bytes_until_nul(bytes).map_or_else(|_| String::new(), |text| text.to_string_lossy().into_owned())
 }

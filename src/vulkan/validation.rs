@@ -71,16 +71,12 @@ unsafe extern "system" fn collect(
 mod tests {
     use ash::vk;
 
-    use crate::vulkan::{Gpu, GpuOptions, Place};
+    use crate::vulkan::{Place, gpu};
 
     /// What [`Gpu`] itself does is tested in tests/vulkan.rs to leave no message.
     #[test]
     fn misuse_and_hazards_leave_a_message() {
-        let options = GpuOptions { validate: true, ..GpuOptions::default() };
-        let gpu = match Gpu::open(&options) {
-            Ok(gpu) => gpu,
-            Err(error) => return eprintln!("SKIPPED: {error}"),
-        };
+        let Some(gpu) = gpu::for_test(true) else { return };
         assert_eq!(gpu.validation_messages(), Vec::<String>::new());
 
         let empty = vk::BufferCreateInfo::default().usage(vk::BufferUsageFlags::STORAGE_BUFFER);
