@@ -4,14 +4,11 @@ use std::str::FromStr;
 
 use crate::{Error, Result};
 
-/// `Z` of a pixel that shows no surface: far beyond any scene, yet finite. Every other AOV is 0 there,
-/// and `primId` is [`crate::shared::NO_HIT`].
-pub const Z_MISS: f32 = crate::shared::Z_NOTHING;
-
-/// An arbitrary output variable of the first hit of a pixel's first sample.
+/// What the ray of a pixel's first sample met. Where it met nothing all are 0, except for `Z`, which is
+/// [`Z_NOTHING`](crate::shared::Z_NOTHING), `primId`, which is [`NO_HIT`](crate::shared::NO_HIT), and `steps`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Aov {
-    /// Depth along the camera's viewing axis in world units; [`Z_MISS`] for a miss.
+    /// Depth along the camera's viewing axis in world units.
     Z,
     /// World-space unit shading normal.
     N,

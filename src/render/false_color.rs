@@ -2,7 +2,8 @@
 
 use super::aov::Aov;
 use super::image::{Image, Samples};
-use crate::shared::NO_HIT;
+use super::tone::srgb;
+use crate::shared::{NO_HIT, Z_NOTHING};
 
 /// The values that the ends of a colour scale stand for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,18 +40,11 @@ const INFERNO: [[u8; 3]; 17] = [
 const PERCENTILE: f64 = 0.995;
 
 /// The pixels of `aov` as 8-bit sRGB, with the range of the scale if it has one; `None` if the image
-/// does not hold that AOV. Scalars are scaled to the 99.5th percentile of the covered pixels (alpha
-/// above 0): `steps` as a heat map from 0, `Z` in greys with near bright, `P` by its bounds. `N` is
+/// does not hold that AOV. Scalars are scaled to the 99.5th percentile of the pixels that show a
+/// surface: `steps` as a heat map from 0, `Z` in greys with near bright, `P` by its bounds. `N` is
 /// 0.5 + 0.5 n, `primId` a colour hashed from the id. Pixels that show nothing are black, except in
 /// `steps`.
 pub fn false_color(image: &Image, aov: Aov) -> Option<(Vec<[u8; 3]>, Option<Range>)> {
-    let covered: Vec<bool> = match image.floats("A") {
-        Some(alpha) => alpha.iter().map(|alpha| *alpha > 0.0).collect(),
-        None => vec![true; image.width() * image.height()],
-    };
-    let shown = |color: &dyn Fn(usize) -> [u8; 3]| {
-        covered.iter().enumerate().map(|(i, covered)| if *covered { color(i) } else { [0; 3] }).collect::<Vec<_>>()
-    };
     let planes: Vec<&[f32]> = aov.channels().iter().filter_map(|name| image.floats(name)).collect();
     match (aov, planes.as_slice()) {
         (Aov::Steps, [steps]) => {
@@ -58,21 +52,31 @@ pub fn false_color(image: &Image, aov: Aov) -> Option<(Vec<[u8; 3]>, Option<Rang
             Some((steps.iter().map(|value| inferno(fraction(*value, range))).collect(), Some(range)))
         }
         (Aov::Z, [z]) => {
-            let range = bounds(z, &covered);
-            Some((shown(&|i| [byte(1.0 - 0.9 * fraction(z[i], range)); 3]), Some(range)))
+            let range = bounds(z, |i| z[i] < Z_NOTHING);
+            let grey = |z: f32| if z < Z_NOTHING { byte(1.0 - 0.9 * fraction(z, range)) } else { 0 };
+            Some((z.iter().map(|z| [grey(*z); 3]).collect(), Some(range)))
         }
-        (Aov::N, [x, y, z]) => Some((shown(&|i| [x, y, z].map(|n| byte(0.5 + 0.5 * n[i]))), None)),
+        (Aov::N, [x, y, z]) => Some((vectors([x, y, z], |_, n| byte(0.5 + 0.5 * n)), None)),
         (Aov::P, [x, y, z]) => {
-            let axes = [x, y, z].map(|axis| (*axis, bounds(axis, &covered)));
-            Some((shown(&|i| axes.map(|(axis, range)| byte(fraction(axis[i], range)))), None))
+            let ranges = [x, y, z].map(|plane| bounds(plane, |i| [x[i], y[i], z[i]] != [0.0; 3]));
+            Some((vectors([x, y, z], |axis, p| byte(fraction(p, ranges[axis]))), None))
         }
-        (Aov::Albedo, [r, g, b]) => Some((shown(&|i| [r, g, b].map(|c| super::tone::srgb(c[i]))), None)),
+        (Aov::Albedo, [r, g, b]) => Some((vectors([r, g, b], |_, value| srgb(value)), None)),
         (Aov::PrimId, _) => match image.channel(aov.name())? {
             Samples::Uint(ids) => Some((ids.iter().map(|id| hashed(*id)).collect(), None)),
             Samples::Half(_) | Samples::Float(_) => None,
         },
         _ => None,
     }
+}
+
+/// Each component by `show(axis, value)`; the zero vector, which marks a miss, stays black.
+fn vectors(planes: [&[f32]; 3], show: impl Fn(usize, f32) -> u8) -> Vec<[u8; 3]> {
+    let pixel = |i| {
+        let vector = planes.map(|plane: &[f32]| plane[i]);
+        if vector == [0.0; 3] { [0; 3] } else { std::array::from_fn(|axis| show(axis, vector[axis])) }
+    };
+    (0..planes[0].len()).map(pixel).collect()
 }
 
 fn inferno(fraction: f32) -> [u8; 3] {
@@ -103,9 +107,9 @@ fn byte(value: f32) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0).round() as u8
 }
 
-/// Smallest value and upper percentile of the covered pixels.
-fn bounds(values: &[f32], covered: &[bool]) -> Range {
-    let covered = || values.iter().zip(covered).filter(|(_, covered)| **covered).map(|(value, _)| *value);
+/// Smallest value and upper percentile of the pixels that show a surface.
+fn bounds(values: &[f32], covered: impl Fn(usize) -> bool) -> Range {
+    let covered = || (0..values.len()).filter(|i| covered(*i)).map(|i| values[i]);
     Range { min: percentile(covered(), 0.0), max: percentile(covered(), PERCENTILE) }
 }
 
@@ -121,13 +125,11 @@ fn percentile(values: impl Iterator<Item = f32>, p: f64) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::aov::Z_MISS;
     use super::*;
 
     /// Four pixels, the last shows nothing.
     fn image(channels: &[(&str, [f32; 4])]) -> Image {
         let mut image = Image::new(4, 1).unwrap();
-        image.push("A", Samples::Half(vec![1.0, 1.0, 1.0, 0.0])).unwrap();
         for (name, values) in channels {
             image.push(name, Samples::Float(values.to_vec())).unwrap();
         }
@@ -150,7 +152,7 @@ mod tests {
 
     #[test]
     fn depth_ignores_misses_and_is_bright_near() {
-        let (pixels, range) = false_color(&image(&[("Z", [1.0, 2.0, 3.0, Z_MISS])]), Aov::Z).unwrap();
+        let (pixels, range) = false_color(&image(&[("Z", [1.0, 2.0, 3.0, Z_NOTHING])]), Aov::Z).unwrap();
         assert_eq!(range, Some(Range { min: 1.0, max: 3.0 }));
         assert_eq!(pixels[0], [255; 3]);
         assert!(pixels[1] > pixels[2] && pixels[2] > pixels[3] && pixels[3] == [0; 3]);
@@ -178,7 +180,7 @@ mod tests {
 
     #[test]
     fn positions_and_albedo_have_three_channels() {
-        let p = ["P.X", "P.Y", "P.Z"].map(|name| (name, [-1.0, 0.0, 1.0, 99.0]));
+        let p = ["P.X", "P.Y", "P.Z"].map(|name| (name, [-1.0, 0.5, 2.0, 0.0]));
         assert_eq!(false_color(&image(&p), Aov::P).unwrap().0, [[0; 3], [128; 3], [255; 3], [0; 3]]);
         let albedo = ["albedo.R", "albedo.G", "albedo.B"].map(|name| (name, [0.0, 0.215_861, 1.0, 0.0]));
         assert_eq!(false_color(&image(&albedo), Aov::Albedo).unwrap().0, [[0; 3], [128; 3], [255; 3], [0; 3]]);
