@@ -68,6 +68,8 @@ fn a_range_outside_the_buffer_is_refused() {
     let buffer = gpu.upload("sixteen", &[0u8; 16]).unwrap();
     check_error(gpu.download::<u32>(&buffer, 3..5).map(drop));
     check_error(gpu.download::<u32>(&buffer, usize::MAX - 1..usize::MAX).map(drop));
+    // Refused before memory is taken for the answer.
+    check_error(gpu.download::<u8>(&buffer, 0..isize::MAX as usize).map(drop));
     check_error(gpu.write(&buffer, 1, &[0u64; 2]));
     check_error(gpu.write(&buffer, usize::MAX, &[0u64; 2]));
     let other = gpu.upload("other", &[0u8; 16]).unwrap();

@@ -143,3 +143,25 @@ impl Drop for Memory {
         self.context.allocated().fetch_sub(self.bytes, Ordering::Relaxed);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vulkan::gpu;
+
+    /// As if other buffers had filled the memory; to fill it would take the machine's.
+    #[test]
+    fn buffers_that_fit_alone_but_not_together_are_refused() {
+        let Some(gpu) = gpu::for_test(false) else { return };
+        let before = gpu.context.available();
+        let buffer = gpu.buffer("first", 4096, Place::Device).unwrap();
+        assert_eq!(gpu.context.available(), before - 4096);
+        gpu.context.allocated().fetch_add(before - 8192, Ordering::Relaxed);
+        assert!(gpu.buffer("fits", 4096, Place::Device).is_ok());
+        let error = gpu.buffer("second", 4100, Place::Device).map(drop).unwrap_err().to_string();
+        assert!(error.contains("allocate second: 4100 bytes") && error.contains("(4096 bytes)"), "{error}");
+        gpu.context.allocated().fetch_sub(before - 8192, Ordering::Relaxed);
+        drop(buffer);
+        assert_eq!(gpu.context.available(), before);
+    }
+}
