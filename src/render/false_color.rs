@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn positions_and_albedo_have_three_channels() {
-        let p = ["P.X", "P.Y", "P.Z"].map(|name| (name, [-1.0, 0.5, 2.0, 0.0]));
+        let p = ["P.X", "P.Y", "P.Z"].map(|name| (name, [1.0, 2.5, 4.0, 0.0]));
         assert_eq!(false_color(&image(&p), Aov::P).unwrap().0, [[0; 3], [128; 3], [255; 3], [0; 3]]);
         let albedo = ["albedo.R", "albedo.G", "albedo.B"].map(|name| (name, [0.0, 0.215_861, 1.0, 0.0]));
         assert_eq!(false_color(&image(&albedo), Aov::Albedo).unwrap().0, [[0; 3], [128; 3], [255; 3], [0; 3]]);
