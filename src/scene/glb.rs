@@ -384,6 +384,9 @@ fn material(material: &Material) -> Value {
             json!({ "transmissionFactor": number(material.transmission) }),
         );
     }
+    if material.solid {
+        extensions.insert("KHR_materials_volume".into(), json!({ "thicknessFactor": 1.0 }));
+    }
     if material.ior != Material::default().ior {
         extensions.insert("KHR_materials_ior".into(), json!({ "ior": number(material.ior) }));
     }

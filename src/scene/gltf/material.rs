@@ -51,6 +51,9 @@ fn factors(ranges: &mut Ranges, material: &json::Material) -> Result<Material> {
     let emissive = ranges.clamp_all("emissiveFactor", material.emissive_factor.0, 0.0..=1.0)?;
     let transmission = extensions.and_then(|e| e.transmission.as_ref()).map_or(0.0, |t| t.transmission_factor.0);
     let ior = extensions.and_then(|e| e.ior.as_ref()).map_or(1.5, |e| e.ior.0);
+    // Without a volume, or with a thickness of 0, surfaces are walls without thickness (KHR_materials_volume).
+    let volume = extensions.and_then(|e| e.volume.as_ref());
+    let thickness = volume.map_or(0.0, |v| v.thickness_factor.0);
     Ok(Material {
         name: material.name.clone(),
         base_color: ranges.clamp_all("baseColorFactor", [red, green, blue], 0.0..=1.0)?,
@@ -60,6 +63,7 @@ fn factors(ranges: &mut Ranges, material: &json::Material) -> Result<Material> {
         emissive: emissive.map(|factor| factor * strength),
         transmission: ranges.clamp("transmissionFactor", transmission, 0.0..=1.0)?,
         ior: ranges.clamp("ior", ior, 1.0..=f32::MAX)?,
+        solid: thickness > 0.0,
         unlit: extensions.is_some_and(|e| e.unlit.is_some()),
     })
 }
@@ -98,6 +102,10 @@ fn add_textures(
 }
 
 fn remark_unsupported(material: &json::Material, remarks: &mut Remarks) {
+    let volume = material.extensions.as_ref().and_then(|e| e.volume.as_ref());
+    if volume.is_some_and(|v| v.attenuation_distance.0.is_finite() || v.thickness_texture.is_some()) {
+        remarks.add("Attenuation and thicknessTexture of a KHR_materials_volume are not supported and left out");
+    }
     if material.normal_texture.is_some() {
         remarks.add("A normalTexture is not supported and left out");
     }
