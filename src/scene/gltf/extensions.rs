@@ -7,12 +7,13 @@ use super::source::Source;
 use crate::Result;
 
 /// Extensions that are read and used.
-const SUPPORTED: [&str; 5] = [
+const SUPPORTED: [&str; 6] = [
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_volume",
 ];
 
 /// A scene may not be shown without the extensions that it requires.
