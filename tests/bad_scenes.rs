@@ -192,6 +192,7 @@ fn accessors() {
         ("stride-0", "bufferView 0", |f| f.json["bufferViews"][0]["byteStride"] = json!(0)),
         ("stride-odd", "bufferView 0", |f| f.json["bufferViews"][0]["byteStride"] = json!(13)),
         ("stride-huge", "bufferView 0", |f| f.json["bufferViews"][0]["byteStride"] = json!(u64::MAX)),
+        ("view-one-byte-short", "accessor 0", |f| f.json["bufferViews"][0]["byteLength"] = json!(35)),
         ("view-beyond", "bufferView 1", |f| f.json["bufferViews"][1]["byteLength"] = json!(9)),
         ("view-offset-overflows", "bufferView 1", |f| {
             f.json["bufferViews"][1]["byteOffset"] = json!(u64::MAX);

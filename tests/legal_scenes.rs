@@ -225,6 +225,7 @@ fn materials() {
                 "KHR_materials_transmission": {"transmissionFactor": 0.75},
                 "KHR_materials_ior": {"ior": 0.5},
                 "KHR_materials_unlit": {},
+                "KHR_materials_volume": {"thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [1, 0, 0]},
             },
         }]);
     });
@@ -237,10 +238,12 @@ fn materials() {
         emissive: [4.0, 2.0, 0.0],
         transmission: 0.75,
         ior: 1.0,
+        solid: true,
         unlit: true,
     };
     assert_eq!((&scene.materials[..], &scene.material_ids[..]), (&[expected][..], &[0][..]));
     assert!(warned(&scene, "baseColorFactor is outside") && warned(&scene, "ior is outside"));
+    assert!(warned(&scene, "Attenuation"));
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! Scenes: what a glTF file, a built-in name or a procedural recipe becomes before the BVH is built.
 
 mod framing;
-mod gltf;
-pub mod tables;
 pub mod glb;
+mod gltf;
 pub mod procedural;
+pub mod tables;
 mod weld;
 
 use glam::{Mat4, Vec2, Vec3};

@@ -8,10 +8,8 @@ use super::instances::Instance;
 use super::remarks::Remarks;
 use super::source::Source;
 use crate::scene::Scene;
+use crate::shared::COORDINATE_FLOOR;
 use crate::{Error, Result};
-
-/// Coordinates below 2^-100 become 0, so that products of two do not underflow in the kernels.
-const SMALLEST: f32 = f32::from_bits((127 - 100) << 23);
 
 /// Appends the triangles of all instances to `scene`, whose materials are complete.
 ///
@@ -110,7 +108,7 @@ fn append_positions(
 /// A position in the world, rounded once; tiny components are 0.
 fn world_position(world: &DAffine3, local: [f32; 3]) -> Vec3 {
     let position = world.transform_point3(DVec3::from(local.map(f64::from))).as_vec3();
-    Vec3::from(position.to_array().map(|x| if x.abs() < SMALLEST { 0.0 } else { x }))
+    Vec3::from(position.to_array().map(|x| if x.abs() < COORDINATE_FLOOR { 0.0 } else { x }))
 }
 
 fn fault_position(source: &Source, instance: &Instance, at: usize, local: [f32; 3]) -> Error {
@@ -220,9 +218,8 @@ mod tests {
 
     #[test]
     fn tiny_components_become_zero() {
-        let p = world_position(&DAffine3::IDENTITY, [SMALLEST, -SMALLEST / 2.0, f32::from_bits(1)]);
-        assert_eq!(p, Vec3::new(SMALLEST, 0.0, 0.0));
-        assert_eq!(SMALLEST, 2f32.powi(-100));
+        let p = world_position(&DAffine3::IDENTITY, [COORDINATE_FLOOR, -COORDINATE_FLOOR / 2.0, f32::from_bits(1)]);
+        assert_eq!(p, Vec3::new(COORDINATE_FLOOR, 0.0, 0.0));
     }
 
     #[test]

@@ -52,8 +52,7 @@ fn factors(ranges: &mut Ranges, material: &json::Material) -> Result<Material> {
     let transmission = extensions.and_then(|e| e.transmission.as_ref()).map_or(0.0, |t| t.transmission_factor.0);
     let ior = extensions.and_then(|e| e.ior.as_ref()).map_or(1.5, |e| e.ior.0);
     // Without a volume, or with a thickness of 0, surfaces are walls without thickness (KHR_materials_volume).
-    let volume = extensions.and_then(|e| e.volume.as_ref());
-    let thickness = volume.map_or(0.0, |v| v.thickness_factor.0);
+    let thickness = extensions.and_then(|e| e.volume.as_ref()).map_or(0.0, |v| v.thickness_factor.0);
     Ok(Material {
         name: material.name.clone(),
         base_color: ranges.clamp_all("baseColorFactor", [red, green, blue], 0.0..=1.0)?,
@@ -63,7 +62,7 @@ fn factors(ranges: &mut Ranges, material: &json::Material) -> Result<Material> {
         emissive: emissive.map(|factor| factor * strength),
         transmission: ranges.clamp("transmissionFactor", transmission, 0.0..=1.0)?,
         ior: ranges.clamp("ior", ior, 1.0..=f32::MAX)?,
-        solid: thickness > 0.0,
+        solid: ranges.clamp("thicknessFactor", thickness, 0.0..=f32::MAX)? > 0.0,
         unlit: extensions.is_some_and(|e| e.unlit.is_some()),
     })
 }
@@ -111,6 +110,13 @@ fn remark_unsupported(material: &json::Material, remarks: &mut Remarks) {
     }
     if material.occlusion_texture.is_some() {
         remarks.add("An occlusionTexture is not supported and left out");
+    }
+    let volume = material.extensions.as_ref().and_then(|e| e.volume.as_ref());
+    if volume.is_some_and(|v| v.attenuation_distance.0.is_finite() && v.attenuation_color.0 != [1.0; 3]) {
+        remarks.add("Attenuation in volumes is not supported and left out");
+    }
+    if volume.is_some_and(|v| v.thickness_texture.is_some()) {
+        remarks.add("A thicknessTexture is not supported; rays find the thickness themselves");
     }
     if let Checked::Valid(mode @ (AlphaMode::Mask | AlphaMode::Blend)) = material.alpha_mode {
         remarks.add(format!("The alphaMode {mode:?} is not supported; the material is shown opaque"));

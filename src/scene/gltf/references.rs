@@ -85,7 +85,9 @@ impl References<'_> {
         self.known(&object, "alphaMode", &material.alpha_mode, "OPAQUE, MASK or BLEND")?;
         let info = |info: &texture::Info| info.index;
         let pbr = &material.pbr_metallic_roughness;
-        let transmission = material.extensions.as_ref().and_then(|e| e.transmission.as_ref());
+        let extensions = material.extensions.as_ref();
+        let transmission = extensions.and_then(|e| e.transmission.as_ref());
+        let volume = extensions.and_then(|e| e.volume.as_ref());
         let textures = [
             pbr.base_color_texture.as_ref().map(info),
             pbr.metallic_roughness_texture.as_ref().map(info),
@@ -93,6 +95,7 @@ impl References<'_> {
             material.occlusion_texture.as_ref().map(|t| t.index),
             material.emissive_texture.as_ref().map(info),
             transmission.and_then(|t| t.transmission_texture.as_ref()).map(info),
+            volume.and_then(|v| v.thickness_texture.as_ref()).map(info),
         ];
         let mut used = textures.into_iter().flatten();
         used.try_for_each(|texture| self.index(&object, "texture", texture, self.root.textures.len()))
