@@ -23,14 +23,15 @@ uint pop(inout Cursor cursor) {
     return stack[cursor.depth];
 }
 
+bool spent(uint steps) { return STEP_LIMIT != 0u && steps >= STEP_LIMIT; }
+
 // Runs until the tree is done, a hit is found (ANY_HIT) or STEP_LIMIT is spent; `cursor.link` tells:
 // LINK_DONE or where to go on.
 void traverse(Nodes nodes, Triangles triangles, Ray ray, BoxRay box, Shear shear, inout Cursor cursor, inout Hit hit,
               inout RayCounters counters) {
     uint steps = 0u;
-    while (cursor.link != LINK_DONE) {
-        while ((cursor.link & LEAF_BIT) == 0u) {
-            if (STEP_LIMIT != 0u && steps >= STEP_LIMIT) return;
+    while (cursor.link != LINK_DONE && !spent(steps)) {
+        while ((cursor.link & LEAF_BIT) == 0u && !spent(steps)) {
             steps += 1u;
             if (COUNT) counters.node_visits += 1u;
             Node node = nodes.at[cursor.link];
@@ -48,11 +49,10 @@ void traverse(Nodes nodes, Triangles triangles, Ray ray, BoxRay box, Shear shear
                 cursor.link = pop(cursor);
             }
         }
-        if (cursor.link == LINK_DONE) return;
+        if (cursor.link == LINK_DONE || spent(steps)) break;
         uint first = cursor.link & LEAF_FIRST_MASK;
         uint count = (cursor.link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK;
         // A leaf is done whole, so a limit leaves room for one; +1 for the turn of the outer loop.
-        if (STEP_LIMIT != 0u && steps >= STEP_LIMIT) return;
         steps += count + 1u;
         if (COUNT) counters.triangle_tests += count;
         for (uint i = first; i < first + count; ++i) intersect(ray, box, shear, triangles.at[i], hit);
