@@ -2,8 +2,16 @@
 
 pub mod aov;
 pub mod camera_matrices;
+pub mod cpu;
 pub mod exr;
 pub mod false_color;
+pub mod features;
+pub mod film;
+pub mod gpu;
+mod gpu_scene;
 pub mod image;
+pub mod integrator;
 pub mod png;
+pub mod settings;
+pub mod stages;
 pub mod tone;

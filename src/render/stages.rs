@@ -1,0 +1,40 @@
+//! The stages of a picture, as the device and the twin both provide them.
+
+use std::collections::BTreeMap;
+
+use crate::Result;
+use crate::layout::AovPixel;
+use crate::shared::KINDS;
+
+/// Rays by kind, `KIND_*` in [`crate::shared`].
+pub type RayCounts = [u64; KINDS as usize];
+
+/// Names of the ray kinds, in the order of [`RayCounts`].
+pub const KIND_NAMES: [&str; KINDS as usize] = ["primary", "shadow", "ao", "diffuse", "reflect", "refract"];
+
+/// One stage a method, over the paths of a batch: pixels `first..first + count` in tile order, one sample at
+/// a time. A stage may be put off until a result is asked for.
+pub trait Stages {
+    /// Most paths of a batch.
+    fn capacity(&self) -> u32;
+    /// Begins a batch.
+    fn begin(&mut self, first: u32, count: u32);
+    /// Camera rays of a sample.
+    fn generate(&mut self, sample: u32) -> Result<()>;
+    /// Nearest hits of the paths' rays.
+    fn trace_closest(&mut self) -> Result<()>;
+    /// Keeps what the camera rays met.
+    fn aov(&mut self) -> Result<()>;
+    /// Adds a light, or ambient light (`LIGHT_AMBIENT`), shadowed.
+    fn light(&mut self, light: u32) -> Result<()>;
+    /// Replaces the paths' rays by the next ones.
+    fn shade(&mut self) -> Result<()>;
+    /// Adds the sample to the film; divides after the `last`.
+    fn resolve(&mut self, last: bool) -> Result<()>;
+    /// Rays made since the last call, but for camera rays.
+    fn take_ray_counts(&mut self) -> Result<RayCounts>;
+    /// The batch's pixels, and what [`Stages::aov`] kept.
+    fn read(&mut self, aovs: bool) -> Result<(Vec<[f32; 4]>, Vec<AovPixel>)>;
+    /// Seconds by stage so far.
+    fn seconds(&self) -> BTreeMap<String, f64>;
+}
