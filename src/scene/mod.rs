@@ -1,13 +1,12 @@
 //! Scenes: what a glTF file, a built-in name or a procedural recipe becomes before the BVH is built.
 
-mod framing;
 pub mod builtin;
+mod framing;
 pub mod glb;
 mod gltf;
 pub mod procedural;
-pub mod tables;
 pub mod showcase;
-mod weld;
+pub mod tables;
 
 use glam::{Mat4, Vec2, Vec3};
 

@@ -20,7 +20,7 @@ fn metal(base_color: [f32; 3], roughness: f32) -> Material {
 }
 
 fn glass() -> Material {
-    Material { roughness: 0.0, transmission: 1.0, ior: 1.5, ..Material::default() }
+    Material { roughness: 0.0, transmission: 1.0, ior: 1.5, solid: true, ..Material::default() }
 }
 
 /// A box that stands on the frame's origin; `size` is its full extent.
