@@ -1,11 +1,12 @@
 //! Scenes: what a glTF file, a built-in name or a procedural recipe becomes before the BVH is built.
 
+pub mod builtin;
 mod framing;
 pub mod glb;
 mod gltf;
 pub mod procedural;
+pub mod showcase;
 pub mod tables;
-mod weld;
 
 use glam::{Mat4, Vec2, Vec3};
 

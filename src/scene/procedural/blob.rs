@@ -16,7 +16,7 @@ pub fn build(triangles: usize, seed: u64) -> Scene {
     let n = (triangles * 97 / 100 / closed_surface_triangles(1)).isqrt();
     closed_surface(&mut builder, clay, n, |unit| {
         // Radius 1 + h(unit). The normal is the gradient of |x| - 1 - h(x / |x|).
-        let (noise, slope) = fractal_noise(unit * 1.7, 6, seed);
+        let (noise, slope) = fractal_noise(unit * 1.7, 3, seed);
         let (height, slope) = (0.28 * noise, slope * (0.28 * 1.7));
         let radius = 1.0 + height;
         let along_surface = slope - unit * slope.dot(unit);
@@ -25,7 +25,7 @@ pub fn build(triangles: usize, seed: u64) -> Scene {
     });
 
     let below = Frame::at(Vec3::new(0.0, -1.3, 0.0));
-    let rest = triangles - builder.len();
+    let rest = triangles - builder.triangles();
     builder.sheet(ground, 1.0, rest, rectangle(below, 8.0, 8.0));
 
     builder.camera(Vec3::new(1.4, 1.1, 4.2), Vec3::new(0.0, -0.15, 0.0), 38.0);

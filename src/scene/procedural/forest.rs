@@ -43,13 +43,13 @@ pub fn build(triangles: usize, seed: u64) -> Scene {
     }
 
     let mut random = Random::stream(seed, u64::MAX);
-    let undergrowth = triangles - builder.len();
+    let undergrowth = triangles - builder.triangles();
     let fern_triangles = (undergrowth / (4 * trees)).max(24);
-    while triangles - builder.len() > undergrowth / 2 + fern_triangles {
+    while triangles - builder.triangles() > undergrowth / 2 + fern_triangles {
         let root = ground.anywhere(&mut random);
         fern(&mut builder, &palette, root, fern_triangles, &mut random);
     }
-    while builder.len() < triangles {
+    while builder.triangles() < triangles {
         let root = ground.anywhere(&mut random);
         grass_blade(&mut builder, &palette, root, &mut random);
     }
@@ -100,7 +100,7 @@ impl Ground {
 
 /// A trunk, bare branches, and leaves spread in balls at the branches' ends.
 fn broadleaf(builder: &mut Builder, palette: &Palette, root: Vec3, budget: usize, random: &mut Random) {
-    let end = builder.len() + budget;
+    let end = builder.triangles() + budget;
     let height = random.between(5.0, 8.0);
     let lean = random.in_ball() * Vec3::new(0.5, 0.0, 0.5);
     let fork = root + lean + Vec3::Y * height * 0.45;
@@ -119,10 +119,10 @@ fn broadleaf(builder: &mut Builder, palette: &Palette, root: Vec3, budget: usize
         builder.sheet(palette.bark, 2.5, share, rod(fork, tip, [girth * 0.45, girth * 0.1]));
     }
 
-    let leaves = end.saturating_sub(builder.len()) / 2;
+    let leaves = end.saturating_sub(builder.triangles()) / 2;
     let ball = 0.2 * height;
     // The crown's leaf area stays the same however many leaves share it.
-    let length = (1.6 * height * height / leaves.max(1) as f32).sqrt().min(0.7);
+    let length = (2.6 * height * height / leaves.max(1) as f32).sqrt().min(0.7);
     for leaf in 0..leaves {
         let centre = ends[leaf % branches] + random.in_ball() * ball;
         blade(builder, palette.leaves, centre, random.direction(), length, length * 0.3, random);
@@ -131,14 +131,14 @@ fn broadleaf(builder: &mut Builder, palette: &Palette, root: Vec3, budget: usize
 
 /// A straight trunk and whorls of drooping needle sprays, wide below and narrow on top.
 fn conifer(builder: &mut Builder, palette: &Palette, root: Vec3, budget: usize, random: &mut Random) {
-    let end = builder.len() + budget;
+    let end = builder.triangles() + budget;
     let height = random.between(6.0, 10.0);
     let girth = 0.02 * height;
     let top = root + Vec3::Y * height;
     builder.sheet(palette.bark, 2.0, (budget / 15).max(10), rod(root - Vec3::Y * 0.3, top, [girth, girth * 0.1]));
 
-    let sprays = end.saturating_sub(builder.len()) / 2;
-    let length = (1.3 * height * height / sprays.max(1) as f32).sqrt().min(0.9);
+    let sprays = end.saturating_sub(builder.triangles()) / 2;
+    let length = (2.6 * height * height / sprays.max(1) as f32).sqrt().min(0.9);
     for _ in 0..sprays {
         // Uniform over the cone's surface: the share of sprays falls linearly with height.
         let level = 1.0 - random.unit().max(random.unit());
@@ -147,7 +147,7 @@ fn conifer(builder: &mut Builder, palette: &Palette, root: Vec3, budget: usize, 
         let out = Vec3::new(sin, -0.25, cos);
         let centre = root + Vec3::Y * height * (0.15 + 0.85 * level) + out * reach * random.unit().sqrt();
         let direction = (out + random.in_ball() * 0.5).normalize();
-        blade(builder, palette.needles, centre, direction, length, length * 0.12, random);
+        blade(builder, palette.needles, centre, direction, length, length * 0.15, random);
     }
 }
 

@@ -92,13 +92,8 @@ impl Builder {
     }
 
     /// Triangles so far.
-    pub fn len(&self) -> usize {
+    pub fn triangles(&self) -> usize {
         self.scene.positions.len()
-    }
-
-    /// Whether there is no triangle yet.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// The finished scene.

@@ -26,7 +26,7 @@ pub fn build(triangles: usize, seed: u64) -> Scene {
     builder.camera(Vec3::new(2.9, 1.65, 2.25), Vec3::new(-0.6, 0.85, -0.9), 58.0);
     for (name, x) in [("pendant left", -0.6), ("pendant right", 0.6)] {
         let position = Vec3::new(x, 1.72, 0.1);
-        builder.light(name, [3.2, 2.6, 1.9], LightKind::Point { position, range: f32::INFINITY });
+        builder.light(name, [9.0, 7.5, 5.6], LightKind::Point { position, range: f32::INFINITY });
     }
     builder.finish()
 }
@@ -51,9 +51,9 @@ impl Materials {
         let metal = |base_color, roughness| Material { base_color, metallic: 1.0, roughness, ..Material::default() };
         Materials {
             plaster: builder.matte("plaster", [0.78, 0.75, 0.70]),
-            parquet: builder.matte("parquet", [0.42, 0.26, 0.14]),
+            parquet: builder.matte("parquet", [0.52, 0.34, 0.19]),
             oak: builder.matte("oak", [0.50, 0.33, 0.18]),
-            walnut: builder.matte("walnut", [0.20, 0.11, 0.06]),
+            walnut: builder.matte("walnut", [0.27, 0.15, 0.08]),
             cloth: [
                 builder.matte("linen", [0.66, 0.62, 0.54]),
                 builder.matte("wool", [0.14, 0.25, 0.34]),

@@ -1,6 +1,6 @@
 //! Welds equal triangle corners into shared vertices, for writing indexed meshes.
 
-use super::Scene;
+use crate::scene::Scene;
 use xxhash_rust::xxh3::xxh3_64;
 
 /// An indexed mesh over the corners of a scene. Corner `3 t + k` is corner `k` of triangle `t`.
