@@ -27,6 +27,7 @@ pub struct GpuStages<'g> {
     kernels: Kernels,
     buffers: Buffers,
     capacity: u32,
+    aovs: bool,
     push: StagePush,
     counted: RayCounts,
     seconds: BTreeMap<String, f64>,
@@ -55,7 +56,7 @@ struct Buffers {
 }
 
 impl<'g> GpuStages<'g> {
-    /// Stages for one picture of up to `paths` paths at a time; `count` counts node visits.
+    /// Stages for one picture of up to `paths` paths at a time, with or without what camera rays met.
     ///
     /// # Errors
     /// [`crate::Error::Device`] if the device fails or lacks memory.
@@ -68,7 +69,7 @@ impl<'g> GpuStages<'g> {
     ) -> Result<Self> {
         let geometry = Geometry::upload(gpu, bvh)?;
         let scene = GpuScene::upload(gpu, bvh, &geometry, tables, frame)?;
-        let tracer = Tracer::new(gpu, geometry, TracerOptions { count: aovs, step_limit: None })?;
+        let tracer = Tracer::new(gpu, geometry, TracerOptions::default())?;
         let most = if gpu.info().kind == DeviceKind::Cpu { BATCH_CPU } else { BATCH_GPU };
         let capacity = most.min(paths);
         let mut spec = exactness(gpu.probe()).to_vec();
@@ -80,6 +81,7 @@ impl<'g> GpuStages<'g> {
             kernels: Kernels::new(gpu, &spec)?,
             buffers: Buffers::new(gpu, capacity, aovs)?,
             capacity,
+            aovs,
             push: bytemuck::Zeroable::zeroed(),
             counted: RayCounts::default(),
             seconds: BTreeMap::new(),
@@ -177,7 +179,7 @@ impl Stages for GpuStages<'_> {
 
     fn trace_closest(&mut self) -> Result<()> {
         let b = &self.buffers;
-        let buffers = (&b.rays, &b.hits, Some(&b.counters));
+        let buffers = (&b.rays, &b.hits, self.aovs.then_some(&b.counters));
         self.tracer.trace(&mut self.stream, "trace closest", Query::Closest, buffers, self.push.count)
     }
 

@@ -12,6 +12,7 @@ mod gpu_scene;
 pub mod image;
 pub mod integrator;
 pub mod png;
+pub mod rays;
 pub mod settings;
 pub mod stages;
 pub mod tone;

@@ -25,8 +25,6 @@ pub enum Query {
 /// How to trace.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TracerOptions {
-    /// Count node visits and triangle tests.
-    pub count: bool,
     /// Stop each invocation after about so many loop iterations and go on in another dispatch. Set by
     /// itself where the driver needs it.
     pub step_limit: Option<u32>,
@@ -35,8 +33,7 @@ pub struct TracerOptions {
 /// The trace kernels, ready for one scene.
 pub struct Tracer {
     geometry: Geometry,
-    closest: Pipeline,
-    any: Pipeline,
+    spec: Vec<(u32, u32)>,
     suspension: Option<Suspension>,
     /// Stands in for buffers that the kernels were compiled not to touch.
     unused: Buffer,
@@ -67,18 +64,11 @@ impl Tracer {
         let driver_limit = gpu.probe().loop_limit.map(|limit| limit.saturating_sub(LIMIT_MARGIN).max(1));
         let step_limit = options.step_limit.or(driver_limit);
         let mut spec = exactness(gpu.probe()).to_vec();
-        spec.extend([(SPEC_STEP_LIMIT, step_limit.unwrap_or(0)), (SPEC_COUNT, options.count.into())]);
+        spec.push((SPEC_STEP_LIMIT, step_limit.unwrap_or(0)));
         let most = gpu.info().limits.groups.saturating_mul(WARP);
         let chunk = if step_limit.is_some() { most.min(SUSPENDABLE) } else { most };
         let suspension = step_limit.map(|_| Suspension::new(gpu)).transpose()?;
-        Ok(Tracer {
-            geometry,
-            closest: gpu.pipeline(Kernel::TraceClosest, &spec)?,
-            any: gpu.pipeline(Kernel::TraceAny, &spec)?,
-            suspension,
-            unused: gpu.buffer("unused", 16, Place::Device)?,
-            chunk,
-        })
+        Ok(Tracer { geometry, spec, suspension, unused: gpu.buffer("unused", 16, Place::Device)?, chunk })
     }
 
     /// The scene on the device.
@@ -86,8 +76,20 @@ impl Tracer {
         &self.geometry
     }
 
-    /// Records the tracing of `rays[..count]` into `hits` and, if counted, `counters`. Where invocations
-    /// are limited this also runs the stream, as often as it takes.
+    /// The kernel for a query; a device keeps what it has compiled.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] if the driver fails.
+    pub fn pipeline(&self, gpu: &Gpu, query: Query, count: bool) -> Result<Pipeline> {
+        let kernel = match query {
+            Query::Closest => Kernel::TraceClosest,
+            Query::Any => Kernel::TraceAny,
+        };
+        gpu.pipeline(kernel, &[&self.spec[..], &[(SPEC_COUNT, count.into())]].concat())
+    }
+
+    /// Records the tracing of `rays[..count]` into `hits` and, if there is a buffer for them, what each ray
+    /// did into `counters`. Where invocations are limited this also runs the stream, as often as it takes.
     ///
     /// # Errors
     /// [`crate::Error::Device`] naming `stage`.
@@ -99,10 +101,7 @@ impl Tracer {
         (rays, hits, counters): (&Buffer, &Buffer, Option<&Buffer>),
         count: u32,
     ) -> Result<()> {
-        let pipeline = match query {
-            Query::Closest => &self.closest,
-            Query::Any => &self.any,
-        };
+        let pipeline = self.pipeline(stream.gpu(), query, counters.is_some())?;
         let (cursors, unfinished) = match &self.suspension {
             Some(suspension) => (&suspension.cursors, &suspension.unfinished),
             None => (&self.unused, &self.unused),
@@ -123,7 +122,7 @@ impl Tracer {
                 if self.suspension.is_some() {
                     stream.fill(unfinished, 0)?;
                 }
-                stream.dispatch(stage, pipeline, (&buffers, &reached), &push, push.count)?;
+                stream.dispatch(stage, &pipeline, (&buffers, &reached), &push, push.count)?;
                 let Some(suspension) = &self.suspension else { break };
                 stream.finish()?;
                 if stream.gpu().download::<u32>(&suspension.unfinished, 0..1)?[0] == 0 {

@@ -15,7 +15,12 @@ fn digest(scene: &Scene) -> u64 {
 /// The scenes are the same on every machine. A digest changes only when its recipe is changed on purpose.
 #[test]
 fn digests_repeat() {
-    let expected = [("room", 0x3045_8742_cd25_209c), ("forest", 0x5b3c_eb98_62c1_3ddc), ("blob", 0x6ab7_ace7_d54a_c387), ("needles", 0xbc55_a3c8_05ea_50a2)];
+    let expected = [
+        ("room", 0x3045_8742_cd25_209c),
+        ("forest", 0x5b3c_eb98_62c1_3ddc),
+        ("blob", 0x6ab7_ace7_d54a_c387),
+        ("needles", 0xbc55_a3c8_05ea_50a2),
+    ];
     let found = expected.map(|(name, _)| (name, digest(&build(name, 20_000, 1).unwrap())));
     assert_eq!(found, expected, "\nfound {found:#x?}");
 }
