@@ -42,6 +42,15 @@ impl Film {
         &self.colors
     }
 
+    /// Pixels whose colour or AOVs differ in any bit.
+    pub fn differing_pixels(&self, other: &Film) -> u64 {
+        let differs = |i: &usize| {
+            bytemuck::bytes_of(&self.colors[*i]) != bytemuck::bytes_of(&other.colors[*i])
+                || self.aovs.get(*i).map(bytemuck::bytes_of) != other.aovs.get(*i).map(bytemuck::bytes_of)
+        };
+        (0..self.colors.len()).filter(differs).count() as u64
+    }
+
     /// As channels for files: R, G, B, with `alpha` A, and those of `aovs`.
     ///
     /// # Errors

@@ -49,7 +49,7 @@ impl Samples {
 }
 
 /// How colour is stored; `--depth`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub enum Depth {
     /// 16 bits: range 65,504, three significant digits.
     #[default]

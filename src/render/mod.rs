@@ -11,6 +11,7 @@ pub mod gpu;
 mod gpu_scene;
 pub mod image;
 pub mod integrator;
+pub mod picture;
 pub mod png;
 pub mod rays;
 pub mod settings;

@@ -49,7 +49,7 @@ struct Suspension {
 /// Specialization constants for exact arithmetic on a device.
 pub fn exactness(probe: &Probe) -> [(u32, u32); 3] {
     [
-        (SPEC_RCP_EXACT, probe.exact_division.into()),
+        (SPEC_RCP_EXACT, probe.exact_reciprocal.into()),
         (SPEC_SQRT_EXACT, probe.exact_sqrt.into()),
         (SPEC_FMA_FUSED, probe.fma_fused.into()),
     ]

@@ -39,6 +39,14 @@ pub struct Probe {
     pub infinities: bool,
 }
 
+impl Probe {
+    /// Whether hits equal those of other devices bit for bit: what the driver rounds as it likes must be
+    /// correctable by a fused multiply-add (`glsl/include/exact.glsl`).
+    pub fn bit_identical(&self) -> bool {
+        self.exact_add_multiply && (self.fma_fused || (self.exact_reciprocal && self.exact_sqrt))
+    }
+}
+
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct Results {

@@ -1,0 +1,180 @@
+//! `caribou bench`: rays a second, counters and digests.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::input::{DeviceArguments, SceneArguments};
+use super::output;
+use crate::atomic_file::{check_writable, write_atomically};
+use crate::render::rays::RayKind;
+use crate::render::settings::Settings;
+use crate::report::bench::{Bench as Bencher, GpuBench, Outcome, Report, TwinBench, measure};
+use crate::report::machine::Machine;
+use crate::report::ray_dump;
+use crate::report::scene::SceneSummary;
+use crate::{Error, Result, scene};
+
+/// Measure rays a second, and count what they do in the tree
+#[derive(Args)]
+pub struct Bench {
+    #[command(flatten)]
+    scene: SceneArguments,
+    #[command(flatten)]
+    device: DeviceArguments,
+    /// Pixels across
+    #[arg(long, default_value_t = 1024)]
+    width: u32,
+    /// Pixels down
+    #[arg(long, default_value_t = 768)]
+    height: u32,
+    /// Kinds of rays, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = RayKind::ALL)]
+    rays: Vec<RayKind>,
+    /// How rays are scheduled
+    #[arg(long, value_enum, default_value_t)]
+    strategy: Strategy,
+    /// Timed runs after the warm-up
+    #[arg(long, default_value_t = 9)]
+    runs: usize,
+    /// Length of ambient occlusion rays; by default a tenth of the scene's diagonal
+    #[arg(long, value_name = "LENGTH")]
+    ao_radius: Option<f32>,
+    /// Seed of the secondary rays
+    #[arg(long, default_value_t = 1)]
+    seed: u32,
+    /// Also write the report (schema caribou-bench/1) to a file, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Write triangles, rays and hits of the one kind of rays asked for, for other programs to check
+    #[arg(long, value_name = "FILE")]
+    dump_rays: Option<PathBuf>,
+    /// Print no table
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+enum Strategy {
+    /// One invocation a ray.
+    #[default]
+    Direct,
+    /// All there are.
+    All,
+}
+
+impl Bench {
+    /// Measures and reports.
+    pub fn run(&self) -> Result<()> {
+        let report = self.measure()?;
+        if let Some(path) = &self.json {
+            write_json(path, &report)?;
+        }
+        if self.quiet || self.json.as_ref().is_some_and(|path| path.as_os_str() == "-") {
+            return Ok(());
+        }
+        output::print(&table(&report))
+    }
+
+    fn measure(&self) -> Result<Report> {
+        self.check()?;
+        let gpu = self.device.open()?;
+        let prepared = self.scene.prepare(self.quiet)?;
+        let camera = scene::select_camera(&prepared.scene, self.scene.camera.as_deref())?;
+        let settings =
+            self.settings(self.ao_radius.unwrap_or_else(|| Settings::default_ao_radius(prepared.bvh.bounds)));
+        let frame = settings.frame(&camera);
+        let (bvh, tables) = (&prepared.bvh, &prepared.tables);
+        let mut bencher: Box<dyn Bencher> = match &gpu {
+            Some(gpu) => Box::new(GpuBench::new(gpu, bvh, tables, frame)?),
+            None => Box::new(TwinBench { bvh, tables, frame }),
+        };
+        let mut results: Vec<Outcome> = Vec::new();
+        for &kind in &self.rays {
+            let (outcome, traced) = measure(bencher.as_mut(), kind, self.runs)?;
+            if let Some(path) = &self.dump_rays {
+                ray_dump::write(path, &prepared.scene.positions, &traced.rays, &traced.hits)?;
+            }
+            results.push(outcome);
+        }
+        if let Some(message) = gpu.iter().flat_map(|gpu| gpu.validation_messages()).next() {
+            return Err(Error::Check(format!("validation: {message}")));
+        }
+        Ok(Report {
+            schema: "caribou-bench/1",
+            machine: Machine::new(gpu.as_ref()),
+            scene: SceneSummary::new(&prepared.scene, bvh),
+            width: self.width,
+            height: self.height,
+            ao_radius: settings.ao_radius,
+            results,
+        })
+    }
+
+    fn settings(&self, ao_radius: f32) -> Settings {
+        Settings {
+            width: self.width,
+            height: self.height,
+            spp: 1,
+            max_depth: 0,
+            seed: self.seed,
+            ao_radius,
+            sky: 1.0,
+            transparent: false,
+        }
+    }
+
+    /// Refuses what cannot be done before any work.
+    fn check(&self) -> Result<()> {
+        self.settings(self.ao_radius.unwrap_or(1.0)).check()?;
+        if !(1..=10_000).contains(&self.runs) {
+            return Err(Error::usage(format!("--runs {}", self.runs), "allowed are 1 to 10000"));
+        }
+        if self.dump_rays.is_some() && self.rays.len() != 1 {
+            return Err(Error::usage("--dump-rays with several kinds of rays", "name one with --rays"));
+        }
+        for path in self.json.iter().filter(|path| path.as_os_str() != "-").chain(&self.dump_rays) {
+            check_writable(path)?;
+        }
+        Ok(())
+    }
+}
+
+/// Writes a report to a file, or to standard output for `-`.
+pub fn write_json(path: &std::path::Path, report: &impl serde::Serialize) -> Result<()> {
+    if path.as_os_str() == "-" {
+        return output::print_json(report);
+    }
+    let text = output::json(report) + "\n";
+    write_atomically(path, |file| std::io::Write::write_all(file, text.as_bytes()).map_err(Error::io("write", path)))
+}
+
+fn table(report: &Report) -> String {
+    let mut text = format!(
+        "{}: {} triangles, {} x {}, {}\n\n",
+        report.scene.name, report.scene.triangles, report.width, report.height, report.machine.device
+    );
+    let _ = writeln!(
+        text,
+        "{:<9} {:<8} {:>10} {:>10} {:>22} {:>10} {:>10}  hits digest",
+        "strategy", "rays", "count", "hits", "Mrays/s (95 %)", "nodes/ray", "tests/ray"
+    );
+    for r in &report.results {
+        let each = |sum: u64| sum as f64 / r.ray_count.max(1) as f64;
+        let rate = r.mrays_per_s.map_or("-".to_owned(), |m| format!("{:.3} ({:.3}-{:.3})", m.median, m.low, m.high));
+        let _ = writeln!(
+            text,
+            "{:<9} {:<8} {:>10} {:>10} {:>22} {:>10.2} {:>10.2}  {}",
+            r.strategy,
+            r.rays.name(),
+            r.ray_count,
+            r.hits,
+            rate,
+            each(r.counters.node_visits),
+            each(r.counters.triangle_tests),
+            r.hits_digest
+        );
+    }
+    text
+}

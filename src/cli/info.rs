@@ -1,0 +1,166 @@
+//! `caribou info`: devices, and what a scene holds.
+
+use std::fmt::Write;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::input::SceneArguments;
+use super::output;
+use crate::Result;
+use crate::bvh::Bvh;
+use crate::render::features::Features;
+use crate::report::scene::SceneSummary;
+use crate::vulkan::{DeviceInfo, Gpu, GpuOptions, Probe, list_devices};
+
+/// Show Vulkan devices and, of a scene, what it holds and its BVH
+#[derive(Args)]
+pub struct Info {
+    /// A .glb or .gltf file, or builtin:NAME
+    scene: Option<String>,
+    /// Time spent on the BVH: obvhs's build presets
+    #[arg(long, value_enum, default_value_t)]
+    bvh_quality: crate::bvh::Quality,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Everything that is known.
+#[derive(Serialize)]
+struct Report {
+    schema: &'static str,
+    devices: Vec<Device>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    devices_problem: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scene: Option<SceneSummary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    features: Option<Features>,
+}
+
+/// A device and what was found by running kernels on it.
+#[derive(Serialize)]
+struct Device {
+    #[serde(flatten)]
+    info: DeviceInfo,
+    probe: Option<Probe>,
+    /// Hits equal those of every other such device bit for bit.
+    bit_identical: Option<bool>,
+}
+
+impl Info {
+    /// Gathers and prints.
+    pub fn run(&self) -> Result<()> {
+        let mut report = Report {
+            schema: "caribou-info/1",
+            devices: Vec::new(),
+            devices_problem: None,
+            scene: None,
+            features: None,
+        };
+        match list_devices() {
+            Ok(devices) => report.devices = devices.into_iter().map(probed).collect(),
+            // A scene can be looked at without any device.
+            Err(error) if self.scene.is_some() => report.devices_problem = Some(error.to_string()),
+            Err(error) => return Err(error),
+        }
+        if let Some(name) = &self.scene {
+            let scene = SceneArguments::named(name).load()?;
+            let bvh = Bvh::build(&scene.positions, self.bvh_quality)?;
+            report.scene = Some(SceneSummary::new(&scene, &bvh));
+            report.features = Some(Features::of(&scene, None));
+        }
+        if self.json { output::print_json(&report) } else { output::print(&text(&report)) }
+    }
+}
+
+fn probed(info: DeviceInfo) -> Device {
+    let options = GpuOptions { device: Some(info.index.to_string()), validate: false };
+    let probe = Gpu::open(&options).ok().map(|gpu| *gpu.probe());
+    Device { info, bit_identical: probe.map(|probe| probe.bit_identical()), probe }
+}
+
+fn text(report: &Report) -> String {
+    let mut text = String::new();
+    for device in &report.devices {
+        device_text(&mut text, device);
+    }
+    if let Some(problem) = &report.devices_problem {
+        let _ = writeln!(text, "no device: {problem}");
+    }
+    if let (Some(scene), Some(features)) = (&report.scene, &report.features) {
+        scene_text(&mut text, scene, features);
+    }
+    text
+}
+
+fn device_text(text: &mut String, device: &Device) {
+    let info = &device.info;
+    let _ = writeln!(text, "device {}  {}", info.index, info.name);
+    let _ = writeln!(text, "  driver            {} {}, Vulkan {}", info.driver, info.driver_version, info.api_version);
+    let _ = writeln!(text, "  subgroup          {} lanes", info.subgroup_size);
+    let limits = &info.limits;
+    let _ = writeln!(
+        text,
+        "  limits            {} MiB a binding, {} workgroups of {}, {} KiB shared",
+        limits.storage_buffer_range >> 20,
+        limits.groups,
+        limits.group_invocations,
+        limits.shared_memory >> 10
+    );
+    let heaps: Vec<String> = info.heaps.iter().map(|heap| format!("{} MiB", heap.bytes >> 20)).collect();
+    let _ = writeln!(text, "  memory            {}", heaps.join(", "));
+    if let Some(reason) = &info.unusable {
+        let _ = writeln!(text, "  unusable          {reason}");
+    }
+    if let Some(probe) = &device.probe {
+        let limit = probe.loop_limit.map_or("none found".to_owned(), |n| format!("{n} iterations, then silence"));
+        let _ = writeln!(text, "  loop limit        {limit}");
+        let exact = |is: bool, ulp: u32| if is { "exact".to_owned() } else { format!("off by up to {ulp} ulp") };
+        let _ = writeln!(
+            text,
+            "  arithmetic        division {}, sqrt {}, fma {}, denormals {}",
+            exact(probe.exact_division, probe.division_ulp),
+            exact(probe.exact_sqrt, probe.sqrt_ulp),
+            if probe.fma_fused { "fused" } else { "not fused" },
+            if probe.denormals_preserved { "kept" } else { "flushed" }
+        );
+        let same = if probe.bit_identical() { "equal those of the CPU bit for bit" } else { "may differ in last bits" };
+        let _ = writeln!(text, "  hits              {same}");
+    }
+}
+
+fn scene_text(text: &mut String, scene: &SceneSummary, features: &Features) {
+    let _ = writeln!(text, "scene  {}", scene.name);
+    let _ = writeln!(
+        text,
+        "  triangles         {} ({} degenerate), {} vertices, {} mesh instances",
+        scene.triangles, scene.loading.degenerate_triangles, scene.loading.vertices, scene.loading.mesh_instances
+    );
+    if let Some([low, high]) = scene.bounds {
+        let _ = writeln!(text, "  bounds            {low:?} to {high:?}");
+    }
+    let _ =
+        writeln!(text, "  materials         {}, {} textures, {} lights", scene.materials, scene.textures, scene.lights);
+    for (index, camera) in scene.cameras.iter().enumerate() {
+        let name = camera.name.as_deref().unwrap_or("(no name)");
+        let _ = writeln!(text, "  camera {index:<10} {name}, {}", camera.projection);
+    }
+    let (used, unused) = features.names();
+    let _ = writeln!(text, "  kernels with      {}", or_none(&used.join(", ")));
+    let _ = writeln!(text, "  compiled out      {}", or_none(&unused.join(", ")));
+    for warning in &scene.loading.warnings {
+        let _ = writeln!(text, "  warning           {warning}");
+    }
+    let bvh = &scene.bvh;
+    let _ = writeln!(text, "BVH    nodes and leaves in the terms of Zhu and Deng 2013, Table I");
+    let _ = writeln!(text, "  nodes             {}, leaves {}, depth {}", bvh.nodes, bvh.leaves, bvh.depth);
+    let _ = writeln!(text, "  triangles a leaf  {:.2}, by count {:?}", bvh.triangles_per_leaf, bvh.leaf_histogram);
+    let _ = writeln!(text, "  SAH cost          {:.2}", bvh.sah_cost);
+    let _ = writeln!(text, "  bytes             {} nodes, {} triangles", bvh.node_bytes, bvh.triangle_bytes);
+}
+
+fn or_none(text: &str) -> &str {
+    if text.is_empty() { "none" } else { text }
+}

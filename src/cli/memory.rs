@@ -1,0 +1,25 @@
+//! Whether a picture fits the machine, asked before any work.
+
+use crate::{Error, Result};
+
+/// Bytes a pixel beside the channels: the film's colour and AOVs, and the encoder's copy.
+const FILM_BYTES: u64 = 16 + 48 + 16;
+
+/// Refuses a picture of `channels` channels that the memory now free cannot hold. Where the system does not
+/// tell (it is not Linux), anything goes.
+pub fn check_picture(width: u32, height: u32, channels: u64) -> Result<()> {
+    let needed = u64::from(width) * u64::from(height) * (FILM_BYTES + 8 * channels);
+    match available() {
+        Some(free) if needed > free => Err(Error::usage(
+            format!("a picture of {width} x {height} pixels needs {} MiB, {} MiB are free", needed >> 20, free >> 20),
+            "use a smaller --width and --height, or fewer --aov",
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn available() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
+}

@@ -1,0 +1,246 @@
+//! `caribou render`: a scene becomes an EXR file.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Instant;
+
+use clap::Args;
+
+use super::bench::write_json;
+use super::input::{DeviceArguments, LightArguments, Prepared, SceneArguments};
+use super::memory::check_picture;
+use super::output;
+use super::progress::Bar;
+use crate::atomic_file::check_writable;
+use crate::render::aov::Aov;
+use crate::render::camera_matrices::camera_matrices;
+use crate::render::exr::{self, Metadata};
+use crate::render::features::Features;
+use crate::render::image::{Depth, Image};
+use crate::render::picture::{Picture, Request, picture};
+use crate::render::png::{self, Preview};
+use crate::render::settings::Settings;
+use crate::report::machine::Machine;
+use crate::report::render::{Report, named};
+use crate::report::scene::SceneSummary;
+use crate::scene::{Camera, select_camera};
+use crate::vulkan::Gpu;
+use crate::{Error, Result};
+
+/// Render a scene to an OpenEXR file
+#[derive(Args)]
+pub struct Render {
+    #[command(flatten)]
+    scene: SceneArguments,
+    #[command(flatten)]
+    device: DeviceArguments,
+    #[command(flatten)]
+    light: LightArguments,
+    /// The OpenEXR file to write
+    #[arg(short, long, value_name = "FILE", default_value = "caribou.exr")]
+    output: PathBuf,
+    /// Pixels across
+    #[arg(long, default_value_t = 1024)]
+    width: u32,
+    /// Pixels down
+    #[arg(long, default_value_t = 768)]
+    height: u32,
+    /// Samples a pixel
+    #[arg(long, default_value_t = 1)]
+    spp: u32,
+    /// Most bounces of a path: reflections, refractions and a diffuse bounce
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    max_depth: u32,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 1)]
+    seed: u32,
+    /// Factor on the light of the sky
+    #[arg(long, default_value_t = 1.0)]
+    sky: f32,
+    /// Leave the sky out of the picture and write coverage as alpha
+    #[arg(long)]
+    transparent: bool,
+    /// Further channels, separated by commas: Z, N, albedo, P, primId, steps, or all
+    #[arg(long, value_name = "LIST")]
+    aov: Option<String>,
+    /// Bits of the colour channels
+    #[arg(long, value_enum, default_value_t)]
+    depth: Depth,
+    /// Also write a tone-mapped PNG
+    #[arg(long, value_name = "FILE")]
+    preview: Option<PathBuf>,
+    /// What the preview shows instead of colour: Z, N, albedo, P, primId or steps
+    #[arg(long, value_name = "AOV", requires = "preview")]
+    preview_aov: Option<String>,
+    /// Factor on the colours of the preview
+    #[arg(long, default_value_t = 1.0)]
+    exposure: f32,
+    /// Write statistics (schema caribou-render/1) to a file, or to standard output with -
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// The channels and the preview that were asked for.
+struct Wanted {
+    aovs: Vec<Aov>,
+    preview: Preview,
+}
+
+impl Render {
+    /// Renders and writes.
+    pub fn run(&self) -> Result<()> {
+        let start = Instant::now();
+        let wanted = self.check()?;
+        let gpu = self.device.open()?;
+        let device_seconds = start.elapsed().as_secs_f64();
+        let prepared = self.scene.prepare(self.quiet)?;
+        let camera = select_camera(&prepared.scene, self.scene.camera.as_deref())?;
+        let features = self.light.features(&prepared.scene);
+        let picture = self.render(gpu.as_ref(), &prepared, &camera, features, &wanted)?;
+        if let Some(message) = gpu.iter().flat_map(Gpu::validation_messages).next() {
+            return Err(Error::Check(format!("validation: {message}")));
+        }
+        let steps = [
+            ("device", device_seconds),
+            ("load", prepared.load_seconds),
+            ("build", prepared.build_seconds),
+            ("setup", picture.setup_seconds),
+            ("render", picture.render_seconds),
+        ];
+        let mut report = self.report(gpu.as_ref(), &prepared, features, &picture, &steps);
+        let start = Instant::now();
+        self.write(&picture, &camera, &wanted, &report)?;
+        report.seconds.insert("write".to_owned(), start.elapsed().as_secs_f64());
+        self.tell(&report)
+    }
+
+    /// Refuses what cannot be done before any work.
+    fn check(&self) -> Result<Wanted> {
+        self.settings(1.0).check()?;
+        let mut aovs = self.aov.as_deref().map_or(Ok(Vec::new()), Aov::parse_list)?;
+        let preview = match self.preview_aov.as_deref().map(Aov::from_str).transpose()? {
+            Some(aov) => Preview::Aov(aov),
+            None => Preview::Color { exposure: self.exposure },
+        };
+        if let Preview::Aov(aov) = preview
+            && !aovs.contains(&aov)
+        {
+            aovs.push(aov);
+        }
+        if !self.exposure.is_finite() || self.exposure <= 0.0 {
+            return Err(Error::usage(format!("--exposure {}", self.exposure), "it must be a number above 0"));
+        }
+        let channels = 4 + aovs.iter().map(|aov| aov.components() as u64).sum::<u64>();
+        check_picture(self.width, self.height, channels)?;
+        let json = self.json.iter().filter(|path| path.as_os_str() != "-");
+        for path in std::iter::once(&self.output).chain(&self.preview).chain(json) {
+            check_writable(path)?;
+        }
+        Ok(Wanted { aovs, preview })
+    }
+
+    fn settings(&self, ao_radius: f32) -> Settings {
+        Settings {
+            width: self.width,
+            height: self.height,
+            spp: self.spp,
+            max_depth: self.max_depth,
+            seed: self.seed,
+            ao_radius,
+            sky: self.sky,
+            transparent: self.transparent,
+        }
+    }
+
+    fn render(
+        &self,
+        gpu: Option<&Gpu>,
+        prepared: &Prepared,
+        camera: &Camera,
+        features: Features,
+        wanted: &Wanted,
+    ) -> Result<Picture> {
+        let request = Request {
+            bvh: &prepared.bvh,
+            tables: &prepared.tables,
+            camera,
+            settings: self.settings(self.light.ao_radius(&prepared.bvh)),
+            features,
+            aovs: !wanted.aovs.is_empty(),
+        };
+        let bar = Bar::new(self.quiet);
+        let picture = picture(gpu, &request, &mut |progress| bar.update(progress));
+        bar.finish();
+        picture
+    }
+
+    fn report(
+        &self,
+        gpu: Option<&Gpu>,
+        prepared: &Prepared,
+        features: Features,
+        picture: &Picture,
+        steps: &[(&str, f64)],
+    ) -> Report {
+        let rays = picture.rays.iter().sum::<u64>() as f64;
+        Report {
+            schema: "caribou-render/1",
+            machine: Machine::new(gpu),
+            scene: SceneSummary::new(&prepared.scene, &prepared.bvh),
+            width: self.width,
+            height: self.height,
+            spp: self.spp,
+            max_depth: self.max_depth,
+            seed: self.seed,
+            features,
+            compiled_out: features.names().1,
+            rays: named(&picture.rays),
+            seconds: steps.iter().map(|(step, seconds)| ((*step).to_owned(), *seconds)).collect::<BTreeMap<_, _>>(),
+            stage_seconds: picture.stage_seconds.clone(),
+            mrays_per_s: rays * 1e-6 / picture.render_seconds.max(1e-9),
+        }
+    }
+
+    fn write(&self, picture: &Picture, camera: &Camera, wanted: &Wanted, report: &Report) -> Result<()> {
+        let image: Image = picture.film.image(&wanted.aovs, self.transparent, self.depth)?;
+        if let Some(path) = &self.preview {
+            let range = png::write(path, &image, wanted.preview)?;
+            if let (Some(range), false) = (range, self.quiet) {
+                output::print(&format!("preview  {} from {} to {}\n", path.display(), range.min, range.max))?;
+            }
+        }
+        let (world_to_camera, world_to_ndc) = camera_matrices(camera, self.width as f32 / self.height as f32);
+        let metadata = Metadata {
+            scene: self.scene.name().to_owned(),
+            world_to_camera,
+            world_to_ndc,
+            seed: self.seed.into(),
+            spp: self.spp,
+            device: report.machine.device.clone(),
+            render_seconds: picture.render_seconds,
+            statistics: report.attributes(),
+        };
+        let written = exr::write(&self.output, image, &metadata)?;
+        if written.clamped > 0 {
+            output::warn(&format!(
+                "{} values beyond the range of half floats were clamped to 65504; --depth float keeps them",
+                written.clamped
+            ));
+        }
+        Ok(())
+    }
+
+    fn tell(&self, report: &Report) -> Result<()> {
+        if let Some(path) = &self.json {
+            write_json(path, report)?;
+        }
+        if self.quiet || self.json.as_ref().is_some_and(|path| path.as_os_str() == "-") {
+            return Ok(());
+        }
+        output::print(&format!("{}written  {}\n", report.summary(), self.output.display()))
+    }
+}

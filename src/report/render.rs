@@ -1,0 +1,90 @@
+//! What a picture took: for the summary, the JSON file and the EXR header.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::machine::Machine;
+use super::scene::SceneSummary;
+use crate::render::features::Features;
+use crate::render::stages::{KIND_NAMES, RayCounts};
+
+/// Schema `caribou-render/1`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name and version of this format.
+    pub schema: &'static str,
+    /// The machine.
+    pub machine: Machine,
+    /// The scene.
+    pub scene: SceneSummary,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Samples a pixel.
+    pub spp: u32,
+    /// Most bounces.
+    pub max_depth: u32,
+    /// Seed of the random numbers.
+    pub seed: u32,
+    /// Parts of the kernels that the scene needs.
+    pub features: Features,
+    /// Parts that were compiled out.
+    pub compiled_out: Vec<&'static str>,
+    /// Rays traced by kind.
+    pub rays: BTreeMap<&'static str, u64>,
+    /// Seconds by step of the whole job.
+    pub seconds: BTreeMap<String, f64>,
+    /// Seconds by stage of rendering, on the device's clock where it has one.
+    pub stage_seconds: BTreeMap<String, f64>,
+    /// Million rays of all kinds a second of rendering.
+    pub mrays_per_s: f64,
+}
+
+/// Rays by the names of their kinds.
+pub fn named(counts: &RayCounts) -> BTreeMap<&'static str, u64> {
+    KIND_NAMES.into_iter().zip(*counts).collect()
+}
+
+impl Report {
+    /// The short text at the end of a run.
+    pub fn summary(&self) -> String {
+        let bvh = &self.scene.bvh;
+        let mut text = String::new();
+        let _ = writeln!(text, "scene    {}: {} triangles, {} nodes", self.scene.name, bvh.triangles, bvh.nodes);
+        if self.scene.loading.degenerate_triangles > 0 {
+            let _ = writeln!(text, "         {} degenerate triangles", self.scene.loading.degenerate_triangles);
+        }
+        let _ = writeln!(text, "picture  {} x {}, {} spp", self.width, self.height, self.spp);
+        let _ = writeln!(text, "device   {}", self.machine.device);
+        let kinds = KIND_NAMES.iter().filter(|kind| self.rays[*kind] > 0);
+        let rays: Vec<String> = kinds.map(|kind| format!("{} {kind}", self.rays[kind])).collect();
+        let _ = writeln!(text, "rays     {}", rays.join(", "));
+        for (label, seconds) in [("time    ", &self.seconds), ("stages  ", &self.stage_seconds)] {
+            let parts: Vec<String> = seconds.iter().map(|(step, s)| format!("{step} {s:.3} s")).collect();
+            let _ = writeln!(text, "{label} {}", parts.join(", "));
+        }
+        let _ = writeln!(text, "speed    {:.3} Mrays/s", self.mrays_per_s);
+        text
+    }
+
+    /// As texts for the EXR header.
+    pub fn attributes(&self) -> BTreeMap<String, String> {
+        let mut all = BTreeMap::new();
+        let mut put = |key: &str, value: String| all.insert(key.to_owned(), value);
+        put("triangles", self.scene.bvh.triangles.to_string());
+        put("nodes", self.scene.bvh.nodes.to_string());
+        put("maxDepth", self.max_depth.to_string());
+        put("mraysPerSecond", format!("{:.6}", self.mrays_per_s));
+        put("compiledOut", self.compiled_out.join(", "));
+        for (kind, count) in &self.rays {
+            put(&format!("rays.{kind}"), count.to_string());
+        }
+        for (step, seconds) in self.seconds.iter().chain(&self.stage_seconds) {
+            put(&format!("seconds.{}", step.replace(' ', "_")), format!("{seconds:.6}"));
+        }
+        all
+    }
+}

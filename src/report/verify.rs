@@ -1,0 +1,59 @@
+//! Whether a device gives what the twin gives, bit for bit.
+
+use serde::Serialize;
+
+use super::bench::{Bench, GpuBench, Traced, TwinBench};
+use crate::Result;
+use crate::bvh::Bvh;
+use crate::layout::Frame;
+use crate::render::rays::RayKind;
+use crate::scene::tables::Tables;
+use crate::trace::digest::hits_digest;
+use crate::vulkan::Gpu;
+
+/// Comparison of one thing.
+#[derive(Clone, Debug, Serialize)]
+pub struct Verdict {
+    /// What was compared.
+    pub what: String,
+    /// How many.
+    pub cases: u64,
+    /// How many of them differ in any bit.
+    pub mismatches: u64,
+    /// Digest of the device's hits, where it is about hits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
+}
+
+/// Rays, hits (prim, t, u, v) and counters of every kind of ray on the device and on the twin.
+///
+/// # Errors
+/// [`crate::Error::Device`] if the device fails.
+pub fn verify_rays(gpu: &Gpu, bvh: &Bvh, tables: &Tables, frame: Frame) -> Result<Vec<Verdict>> {
+    let mut device = GpuBench::new(gpu, bvh, tables, frame)?;
+    let mut twin = TwinBench { bvh, tables, frame };
+    let mut verdicts = Vec::new();
+    for kind in RayKind::ALL {
+        verdicts.extend(compare(kind, &device.trace(kind)?, &twin.trace(kind)?));
+    }
+    Ok(verdicts)
+}
+
+fn compare(kind: RayKind, device: &Traced, twin: &Traced) -> [Verdict; 3] {
+    let verdict = |what: &str, mismatches, digest| Verdict {
+        what: format!("{} {what}", kind.name()),
+        cases: twin.rays.len() as u64,
+        mismatches,
+        digest,
+    };
+    [
+        verdict("rays", differing(&device.rays, &twin.rays), None),
+        verdict("hits", differing(&device.hits, &twin.hits), Some(hits_digest(&device.hits))),
+        verdict("counters", differing(&device.counters, &twin.counters), None),
+    ]
+}
+
+fn differing<T: bytemuck::Pod>(a: &[T], b: &[T]) -> u64 {
+    let missing = a.len().abs_diff(b.len());
+    (missing + a.iter().zip(b).filter(|(a, b)| bytemuck::bytes_of(*a) != bytemuck::bytes_of(*b)).count()) as u64
+}
