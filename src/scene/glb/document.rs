@@ -107,6 +107,9 @@ impl Document {
             node.insert("matrix".into(), numbers(light_frame(&light.kind).to_cols_array()));
             self.nodes.push(node.into());
         }
+        if self.nodes.is_empty() {
+            self.nodes.push(json!({ "name": scene.name })); // a scene's list of nodes must not be empty
+        }
     }
 
     /// The whole document.
@@ -118,10 +121,8 @@ impl Document {
         let mut root = Map::new();
         root.insert("asset".into(), asset);
 
-        let mut gltf_scene = json!({ "name": scene.name });
-        if !self.nodes.is_empty() {
-            gltf_scene["nodes"] = (0..self.nodes.len()).collect();
-        }
+        let nodes: Value = (0..self.nodes.len()).collect();
+        let gltf_scene = json!({ "name": scene.name, "nodes": nodes });
         let materials: Vec<Value> = scene.materials.iter().map(material).collect();
         let mut extensions_used = extensions_of(&materials);
         if !scene.lights.is_empty() {

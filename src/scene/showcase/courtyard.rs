@@ -151,7 +151,7 @@ fn arch(builder: &mut Builder, material: u32, frame: &Frame) {
 /// Plinth, shaft with entasis and capital, up to the springing of the arches.
 fn column(builder: &mut Builder, material: u32, foot: &Frame) {
     standing_block(builder, material, foot, [0.44, 0.12, 0.44]);
-    let shaft = [[0.2, 0.12], [0.2, 0.2], [0.155, 0.26], [0.16, 1.0], [0.15, 1.7], [0.135, 2.2], [0.2, 2.38]];
+    let shaft = [[0.195, 0.12], [0.165, 0.45], [0.158, 1.0], [0.15, 1.6], [0.145, 2.05], [0.19, 2.38]];
     builder.sheet(material, 1.6, 2 * 14 * 8, lathe(*foot, &shaft));
     standing_block(builder, material, &foot.shifted(Vec3::Y * 2.38), [0.46, SPRING - 2.38, 0.46]);
 }

@@ -61,7 +61,8 @@ mod tests {
             for ([a, b, c], normals) in scene.positions.iter().zip(&scene.normals) {
                 let geometric = (b - a).cross(c - a);
                 assert!(geometric.length_squared() > 0.0, "{name}: degenerate triangle at {a}");
-                assert!(geometric.dot(normals[0]) > 0.0, "{name}: normal to the back at {a}");
+                let front = normals.iter().all(|normal| geometric.dot(*normal) > 0.0);
+                assert!(front, "{name}: normal to the back at {a} {b} {c}");
             }
         }
     }
