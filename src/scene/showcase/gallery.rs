@@ -86,7 +86,7 @@ fn textured(builder: &mut Builder, name: &str, texture: Texture) -> u32 {
 fn checker() -> Texture {
     const SIZE: u32 = 32;
     let tile = |x: u32, y: u32| {
-        let joint = x % (SIZE / 2) == 0 || y % (SIZE / 2) == 0;
+        let joint = x.is_multiple_of(SIZE / 2) || y.is_multiple_of(SIZE / 2);
         match ((x / (SIZE / 2) + y / (SIZE / 2)) % 2, joint) {
             (_, true) => [96, 90, 84, 255],
             (0, false) => [214, 206, 192, 255],

@@ -11,8 +11,11 @@ use super::{Material, Scene};
 /// Goes into the files' asset.copyright.
 pub const COPYRIGHT: &str = "The Caribou project, CC0-1.0";
 
-/// Name and builder of each showcase scene; its file is `scenes/NAME.glb`.
-pub const SHOWCASES: &[(&str, fn() -> Scene)] =
+/// Name and builder of a showcase scene; its file is `scenes/NAME.glb`.
+pub type Showcase = (&'static str, fn() -> Scene);
+
+/// All showcase scenes.
+pub const SHOWCASES: &[Showcase] =
     &[("cornell", cornell::build), ("courtyard", courtyard::build), ("gallery", gallery::build)];
 
 fn metal(base_color: [f32; 3], roughness: f32) -> Material {
