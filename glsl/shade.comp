@@ -75,7 +75,10 @@ uint next_ray(Surface s, inout Ray ray, inout Path path) {
         path.radiance = path.radiance + path.throughput * s.color;
         return PATH_ENDS;
     }
-    if (HAS_EMISSION) path.radiance = path.radiance + path.throughput * s.material.emissive;
+    // Glowing surfaces are what lamps look like; where the lamps are lights too, their light on diffuse
+    // surfaces is already there.
+    bool counted = frame.lit != 0u && (path.state & PATH_BOUNCED) != 0u;
+    if (HAS_EMISSION && !counted) path.radiance = path.radiance + path.throughput * s.material.emissive;
     if ((path.state & PATH_DEPTH_MASK) >= frame.max_depth) return PATH_ENDS;
     if (HAS_MIRRORS && choice(path, DIMENSION_METAL) < s.material.metallic) {
         return reflect_path(s, schlick(s.color, -dot3(ray.direction, s.normal)), ray, path);

@@ -206,8 +206,8 @@ shared! {
         samples: u32,
         /// 1 if the sky does not show and alpha is coverage.
         transparent: u32,
-        /// Zero.
-        pad: u32,
+        /// 1 if the scene has punctual lights.
+        lit: u32,
         /// Address of the triangles.
         triangles: [u32; 2],
         /// Address of the place of each primitive in the triangles.

@@ -29,7 +29,7 @@ fn rays(scene: &Scene, count: u32) -> Vec<Ray> {
 }
 
 fn trace_on(gpu: &Gpu, bvh: &Bvh, rays: &[Ray], query: Query, step_limit: Option<u32>) -> (Vec<Hit>, Vec<RayCounters>) {
-    let options = TracerOptions { step_limit };
+    let options = TracerOptions { step_limit, ..TracerOptions::default() };
     let tracer = Tracer::new(gpu, Geometry::upload(gpu, bvh).unwrap(), options).unwrap();
     let count = rays.len();
     let rays = gpu.upload("rays", rays).unwrap();

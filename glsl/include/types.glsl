@@ -105,7 +105,7 @@ struct Frame {
     vec3 ambient;
     uint samples;
     uint transparent; // the sky does not show, pixels carry coverage as alpha
-    uint pad;
+    uint lit; // the scene has punctual lights
     uvec2 triangles;
     uvec2 slots; // of each primitive: its place in triangles
     uvec2 material_ids;

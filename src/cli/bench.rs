@@ -1,5 +1,6 @@
 //! `caribou bench`: rays a second, counters and digests.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -14,6 +15,7 @@ use crate::report::bench::{Bench as Bencher, GpuBench, Outcome, Report, TwinBenc
 use crate::report::machine::Machine;
 use crate::report::ray_dump;
 use crate::report::scene::SceneSummary;
+use crate::trace::TracerOptions;
 use crate::{Error, Result, scene};
 
 /// Measure rays a second, and count what they do in the tree
@@ -35,6 +37,9 @@ pub struct Bench {
     /// How rays are scheduled
     #[arg(long, value_enum, default_value_t)]
     strategy: Strategy,
+    /// exact: hits as on every other device; driver: the driver's own rounding, to see what exactness costs
+    #[arg(long, value_enum, default_value_t)]
+    arithmetic: Arithmetic,
     /// Timed runs after the warm-up
     #[arg(long, default_value_t = 9)]
     runs: usize,
@@ -64,6 +69,15 @@ enum Strategy {
     All,
 }
 
+#[derive(Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+enum Arithmetic {
+    /// Correctly rounded.
+    #[default]
+    Exact,
+    /// As the driver rounds.
+    Driver,
+}
+
 impl Bench {
     /// Measures and reports.
     pub fn run(&self) -> Result<()> {
@@ -86,8 +100,15 @@ impl Bench {
             self.settings(self.ao_radius.unwrap_or_else(|| Settings::default_ao_radius(prepared.bvh.bounds)));
         let frame = settings.frame(&camera);
         let (bvh, tables) = (&prepared.bvh, &prepared.tables);
+        let mut kernels = BTreeMap::new();
         let mut bencher: Box<dyn Bencher> = match &gpu {
-            Some(gpu) => Box::new(GpuBench::new(gpu, bvh, tables, frame)?),
+            Some(gpu) => {
+                let driver_arithmetic = self.arithmetic == Arithmetic::Driver;
+                let options = TracerOptions { driver_arithmetic, ..TracerOptions::default() };
+                let bencher = GpuBench::new(gpu, (bvh, tables), frame, options)?;
+                kernels = bencher.kernels()?;
+                Box::new(bencher)
+            }
             None => Box::new(TwinBench { bvh, tables, frame }),
         };
         let mut results: Vec<Outcome> = Vec::new();
@@ -108,6 +129,8 @@ impl Bench {
             width: self.width,
             height: self.height,
             ao_radius: settings.ao_radius,
+            arithmetic: if self.arithmetic == Arithmetic::Driver { "driver" } else { "exact" },
+            kernels,
             results,
         })
     }
@@ -175,6 +198,10 @@ fn table(report: &Report) -> String {
             each(r.counters.triangle_tests),
             r.hits_digest
         );
+    }
+    for (kernel, statistics) in &report.kernels {
+        let parts: Vec<String> = statistics.iter().map(|(name, value)| format!("{name} {value}")).collect();
+        let _ = writeln!(text, "{kernel}: {}", parts.join(", "));
     }
     text
 }

@@ -12,6 +12,7 @@ use super::settings::Settings;
 use super::stages::{RayCounts, Stages};
 use crate::Result;
 use crate::bvh::Bvh;
+use crate::layout::Frame;
 use crate::scene::Camera;
 use crate::scene::tables::Tables;
 use crate::twin::tiles::tile_count;
@@ -54,7 +55,8 @@ pub struct Picture {
 pub fn picture(gpu: Option<&Gpu>, request: &Request, report: &mut dyn FnMut(Progress)) -> Result<Picture> {
     request.settings.check()?;
     let start = Instant::now();
-    let frame = request.settings.frame(request.camera);
+    let lit = u32::from(!request.tables.lights.is_empty());
+    let frame = Frame { lit, ..request.settings.frame(request.camera) };
     let scene = (request.bvh, request.tables);
     let paths = tile_count(request.settings.width, request.settings.height).unwrap_or(u32::MAX);
     let mut stages: Box<dyn Stages> = match gpu {

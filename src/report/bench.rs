@@ -1,5 +1,6 @@
 //! The benchmark: how fast rays are traced, what they did in the tree, and a digest of all hits.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -38,6 +39,11 @@ pub struct Report {
     pub height: u32,
     /// Length of ambient occlusion rays.
     pub ao_radius: f32,
+    /// `exact`, or `driver` where reciprocals were taken as the driver rounds them.
+    pub arithmetic: &'static str,
+    /// What the driver says of the compiled kernels, where it does: registers, for example.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub kernels: BTreeMap<&'static str, BTreeMap<String, u64>>,
     /// One a strategy and ray kind.
     pub results: Vec<Outcome>,
 }
@@ -177,9 +183,30 @@ impl<'a> GpuBench<'a> {
     ///
     /// # Errors
     /// [`crate::Error::Device`] if it does not fit.
-    pub fn new(gpu: &'a Gpu, bvh: &'a Bvh, tables: &'a Tables, frame: Frame) -> Result<GpuBench<'a>> {
-        let tracer = Tracer::new(gpu, Geometry::upload(gpu, bvh)?, TracerOptions::default())?;
+    pub fn new(
+        gpu: &'a Gpu,
+        (bvh, tables): (&'a Bvh, &'a Tables),
+        frame: Frame,
+        options: TracerOptions,
+    ) -> Result<GpuBench<'a>> {
+        let tracer = Tracer::new(gpu, Geometry::upload(gpu, bvh)?, options)?;
         Ok(GpuBench { gpu, tracer, bvh, tables, frame })
+    }
+
+    /// What the driver says of the kernels that were timed.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`] if the driver fails.
+    pub fn kernels(&self) -> Result<BTreeMap<&'static str, BTreeMap<String, u64>>> {
+        let mut all = BTreeMap::new();
+        for query in [Query::Closest, Query::Any] {
+            let pipeline = self.tracer.pipeline(self.gpu, query, false)?;
+            let statistics: BTreeMap<String, u64> = pipeline.statistics().into_iter().collect();
+            if !statistics.is_empty() {
+                all.insert(pipeline.kernel().name(), statistics);
+            }
+        }
+        Ok(all)
     }
 
     /// Most rays whose buffer still fits a binding.

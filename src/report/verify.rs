@@ -8,6 +8,7 @@ use crate::bvh::Bvh;
 use crate::layout::Frame;
 use crate::render::rays::RayKind;
 use crate::scene::tables::Tables;
+use crate::trace::TracerOptions;
 use crate::trace::digest::hits_digest;
 use crate::vulkan::Gpu;
 
@@ -30,7 +31,7 @@ pub struct Verdict {
 /// # Errors
 /// [`crate::Error::Device`] if the device fails.
 pub fn verify_rays(gpu: &Gpu, bvh: &Bvh, tables: &Tables, frame: Frame) -> Result<Vec<Verdict>> {
-    let mut device = GpuBench::new(gpu, bvh, tables, frame)?;
+    let mut device = GpuBench::new(gpu, (bvh, tables), frame, TracerOptions::default())?;
     let mut twin = TwinBench { bvh, tables, frame };
     let mut verdicts = Vec::new();
     for kind in RayKind::ALL {

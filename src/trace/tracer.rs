@@ -25,6 +25,8 @@ pub enum Query {
 /// How to trace.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TracerOptions {
+    /// Take the driver's reciprocal as it is, exact or not: what bit identity costs, for benchmarks.
+    pub driver_arithmetic: bool,
     /// Stop each invocation after about so many loop iterations and go on in another dispatch. Set by
     /// itself where the driver needs it.
     pub step_limit: Option<u32>,
@@ -64,6 +66,9 @@ impl Tracer {
         let driver_limit = gpu.probe().loop_limit.map(|limit| limit.saturating_sub(LIMIT_MARGIN).max(1));
         let step_limit = options.step_limit.or(driver_limit);
         let mut spec = exactness(gpu.probe()).to_vec();
+        if options.driver_arithmetic {
+            spec[0] = (SPEC_RCP_EXACT, 1);
+        }
         spec.push((SPEC_STEP_LIMIT, step_limit.unwrap_or(0)));
         let most = gpu.info().limits.groups.saturating_mul(WARP);
         let chunk = if step_limit.is_some() { most.min(SUSPENDABLE) } else { most };

@@ -112,7 +112,10 @@ impl Shading<'_> {
             self.add(s.color);
             return None;
         }
-        self.add(s.material.emissive.into());
+        let counted = self.stage.frame.lit != 0 && self.path.state & PATH_BOUNCED != 0;
+        if !counted {
+            self.add(s.material.emissive.into());
+        }
         if self.path.state & PATH_DEPTH_MASK >= self.stage.frame.max_depth {
             return None;
         }

@@ -23,7 +23,21 @@ pub(super) fn parse(source: &Source, text: &[u8]) -> Result<Root> {
     check_version(source, &header)?;
     extensions::check_required(source, &header.extensions_required)?;
     parse_tracked(source, text, WideIndexCheck::new())?;
+    if header.scenes.iter().any(|scene| scene.nodes.is_none())
+        && let Some(text) = with_scene_nodes(text)
+    {
+        return parse_tracked(source, &text, std::marker::PhantomData);
+    }
     parse_tracked(source, text, std::marker::PhantomData)
+}
+
+/// A scene may leave out its list of nodes (glTF 2.0, section 5.26); `gltf::json` wants an empty one.
+fn with_scene_nodes(text: &[u8]) -> Option<Vec<u8>> {
+    let mut root: serde_json::Value = serde_json::from_slice(text).ok()?;
+    for scene in root.get_mut("scenes")?.as_array_mut()? {
+        scene.as_object_mut()?.entry("nodes").or_insert_with(|| serde_json::json!([]));
+    }
+    serde_json::to_vec(&root).ok()
 }
 
 /// What must be known before the rest can be read.
@@ -34,6 +48,13 @@ struct Header {
     asset: Asset,
     #[serde(default)]
     extensions_required: Vec<String>,
+    #[serde(default)]
+    scenes: Vec<SceneHeader>,
+}
+
+#[derive(serde::Deserialize)]
+struct SceneHeader {
+    nodes: Option<serde::de::IgnoredAny>,
 }
 
 #[derive(Default, serde::Deserialize)]

@@ -1,0 +1,169 @@
+//! The program as its users meet it: exit codes, messages, files.
+
+use std::path::Path;
+
+use assert_cmd::Command;
+use predicates::prelude::PredicateBooleanExt;
+use predicates::str::contains;
+
+fn caribou(arguments: &[&str]) -> assert_cmd::assert::Assert {
+    Command::cargo_bin("caribou").unwrap().args(arguments).assert()
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn text(path: &Path) -> String {
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn help_and_version_are_no_errors() {
+    caribou(&["--help"]).success().stdout(contains("Exit codes"));
+    caribou(&["--version"]).success().stdout(contains(env!("CARGO_PKG_VERSION")));
+    for command in ["render", "info", "bench", "scene", "verify"] {
+        caribou(&[command, "--help"]).success();
+    }
+}
+
+#[test]
+fn bad_usage_is_exit_code_2_and_writes_nothing() {
+    let folder = folder();
+    let out = text(&folder.path().join("out.exr"));
+    let cases: &[(&[&str], &str)] = &[
+        (&["--width", "0"], "--width 0"),
+        (&["--height", "0"], "--height 0"),
+        (&["--spp", "0"], "--spp 0"),
+        (&["--width", "60000", "--height", "60000", "--aov", "all"], "MiB"),
+        (&["--width", "65535", "--height", "65535"], "pixels"),
+        (&["--width", "70000"], "--width 70000"),
+        (&["--camera", "nobody"], "nobody"),
+        (&["--camera", "99"], "99"),
+        (&["--aov", "depth"], "depth"),
+        (&["--max-depth", "65"], "--max-depth"),
+        (&["--preview-aov", "steps"], "--preview"),
+        (&["--exposure", "NaN"], "--exposure"),
+        (&["--sky", "-1"], "--sky"),
+        (&["--ao-radius", "inf"], "--ao-radius"),
+        (&["--preview", "/nowhere/at/all.png"], "/nowhere/at"),
+        (&["--nonsense"], "--nonsense"),
+    ];
+    for (arguments, message) in cases {
+        let all = [&["render", "builtin:cornell", "--twin", "-o", &out], *arguments].concat();
+        caribou(&all).code(2).stderr(contains(*message));
+        assert!(!Path::new(&out).exists(), "{arguments:?}");
+    }
+    caribou(&["render", "builtin:nothing", "--twin", "-o", &out]).code(2).stderr(contains("cornell"));
+    caribou(&["render", "missing.glb", "--twin", "-o", &out]).code(2).stderr(contains("missing.glb"));
+    caribou(&["render", "--twin", "-o", "/nowhere/at/all.exr"]).code(2).stderr(contains("/nowhere/at"));
+    caribou(&["scene", "room", "--triangles", "10", "-o", &text(&folder.path().join("a.glb"))]).code(2);
+    caribou(&["scene", "castle", "-o", &text(&folder.path().join("a.glb"))]).code(2).stderr(contains("forest"));
+    caribou(&["scene", "room", "-o", &text(&folder.path().join("a.obj"))]).code(2).stderr(contains(".glb"));
+    caribou(&["bench", "--twin", "--runs", "0"]).code(2).stderr(contains("--runs"));
+    caribou(&["bench", "--twin", "--dump-rays", &out]).code(2).stderr(contains("--rays"));
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn the_twin_renders_every_channel() {
+    let folder = folder();
+    let (exr, png, json) = (folder.path().join("a.exr"), folder.path().join("a.png"), folder.path().join("a.json"));
+    caribou(&[
+        "render",
+        "builtin:gallery",
+        "--twin",
+        "--width",
+        "80",
+        "--height",
+        "60",
+        "--spp",
+        "2",
+        "--aov",
+        "all",
+        "-o",
+        &text(&exr),
+        "--preview",
+        &text(&png),
+        "--preview-aov",
+        "steps",
+        "--json",
+        &text(&json),
+    ])
+    .success()
+    .stdout(contains("Mrays/s").and(contains("twin")));
+    let image = exr::prelude::read_first_flat_layer_from_file(&exr).unwrap();
+    assert_eq!((image.layer_data.size.0, image.layer_data.size.1), (80, 60));
+    let names: Vec<String> = image.layer_data.channel_data.list.iter().map(|c| c.name.to_string()).collect();
+    for name in ["R", "G", "B", "Z", "N.X", "albedo.G", "P.Z", "primId", "steps"] {
+        assert!(names.iter().any(|n| n == name), "{name} in {names:?}");
+    }
+    assert!(png.exists());
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert_eq!(report["schema"], "caribou-render/1");
+    assert_eq!(report["rays"]["primary"], 80 * 60 * 2);
+}
+
+#[test]
+fn pictures_repeat_and_seeds_differ() {
+    let folder = folder();
+    let render = |name: &str, seed: &str| {
+        let path = folder.path().join(name);
+        let size = ["--width", "64", "--height", "48", "--spp", "2", "--depth", "float", "-q"];
+        caribou(&[&["render", "--twin", "--seed", seed, "-o", &text(&path)][..], &size].concat()).success().stdout("");
+        let image = exr::prelude::read_first_rgba_layer_from_file(
+            &path,
+            |size, _| vec![[0f32; 3]; size.area()],
+            |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| pixels[at.y() * 64 + at.x()] = [r, g, b],
+        );
+        image.unwrap().layer_data.channel_data.pixels
+    };
+    let first = render("a.exr", "1");
+    assert_eq!(first, render("b.exr", "1"));
+    assert_ne!(first, render("c.exr", "2"));
+}
+
+#[test]
+fn the_bench_reports_its_schema() {
+    let folder = folder();
+    let json = folder.path().join("bench.json");
+    caribou(&["bench", "--twin", "--width", "64", "--height", "48", "--runs", "2", "--json", &text(&json)])
+        .success()
+        .stdout(contains("diffuse"));
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert_eq!(report["schema"], "caribou-bench/1");
+    let results = report["results"].as_array().unwrap();
+    assert_eq!(results.len(), 4);
+    for result in results {
+        assert_eq!(result["strategy"], "direct");
+        assert_eq!(result["seconds"].as_array().unwrap().len(), 2);
+        assert_eq!(result["hits_digest"].as_str().unwrap().len(), 16);
+        assert!(result["counters"]["node_visits"].as_u64().unwrap() >= result["ray_count"].as_u64().unwrap());
+        assert!(result["mrays_per_s"]["median"].as_f64().unwrap() > 0.0);
+    }
+}
+
+#[test]
+fn info_tells_of_a_scene_without_a_device() {
+    let mut command = Command::cargo_bin("caribou").unwrap();
+    command.env("VK_DRIVER_FILES", "/nowhere.json").env("VK_ICD_FILENAMES", "/nowhere.json");
+    command.args(["info", "builtin:cornell"]).assert().success().stdout(contains("SAH cost").and(contains("glass")));
+}
+
+#[test]
+fn procedural_scenes_can_be_written_and_rendered() {
+    let folder = folder();
+    let (glb, exr) = (text(&folder.path().join("needles.glb")), text(&folder.path().join("needles.exr")));
+    caribou(&["scene", "needles", "--triangles", "1000", "-o", &glb]).success().stdout(contains("1000 triangles"));
+    caribou(&["render", &glb, "--twin", "--width", "40", "--height", "30", "-o", &exr]).success();
+}
+
+#[test]
+fn empty_scenes_are_rendered() {
+    let folder = folder();
+    let (gltf, exr) = (folder.path().join("empty.gltf"), folder.path().join("empty.exr"));
+    std::fs::write(&gltf, r#"{"asset": {"version": "2.0"}, "scenes": [{}], "scene": 0}"#).unwrap();
+    caribou(&["render", &text(&gltf), "--twin", "--width", "8", "--height", "8", "-o", &text(&exr)])
+        .success()
+        .stdout(contains("0 triangles"));
+}

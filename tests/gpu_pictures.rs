@@ -1,0 +1,84 @@
+//! Whole pictures, rays of every kind and their counters: the device against the twin, bit for bit.
+
+mod common;
+
+use caribou::bvh::{Bvh, Quality};
+use caribou::render::features::{Features, Indirect};
+use caribou::render::picture::{Picture, Request, picture};
+use caribou::render::settings::Settings;
+use caribou::report::verify::verify_rays;
+use caribou::scene::builtin::BUILTINS;
+use caribou::scene::tables::Tables;
+use caribou::scene::{Scene, load_slice, select_camera};
+use caribou::vulkan::Gpu;
+
+fn settings(bvh: &Bvh) -> Settings {
+    Settings {
+        width: 67,
+        height: 45,
+        spp: 3,
+        max_depth: 6,
+        seed: 5,
+        ao_radius: Settings::default_ao_radius(bvh.bounds),
+        sky: 1.0,
+        transparent: false,
+    }
+}
+
+fn render(gpu: Option<&Gpu>, scene: &Scene, indirect: Option<Indirect>, transparent: bool) -> Picture {
+    let bvh = Bvh::build(&scene.positions, Quality::default()).unwrap();
+    let tables = Tables::new(scene);
+    let camera = select_camera(scene, None).unwrap();
+    let features = Features::of(scene, indirect);
+    let settings = Settings { transparent, ..settings(&bvh) };
+    let request = Request { bvh: &bvh, tables: &tables, camera: &camera, settings, features, aovs: true };
+    picture(gpu, &request, &mut |_| {}).unwrap()
+}
+
+fn scenes() -> Vec<(String, Scene)> {
+    let builtin = BUILTINS.iter().map(|b| (b.name.to_owned(), load_slice(b.name, b.glb).unwrap()));
+    builtin.chain(common::small_scenes()).collect()
+}
+
+#[test]
+fn gpu_pictures_equal_the_twins() {
+    let Some(gpu) = common::gpu() else { return };
+    for (name, scene) in scenes() {
+        for (indirect, transparent) in [(None, false), (Some(Indirect::Ao), true), (Some(Indirect::None), false)] {
+            let [device, twin] = [Some(&gpu), None].map(|gpu| render(gpu, &scene, indirect, transparent));
+            assert_eq!(device.film.differing_pixels(&twin.film), 0, "{name}, {indirect:?}");
+            assert_eq!(device.rays, twin.rays, "{name}, {indirect:?}: rays by kind");
+            let lit = device.film.colors().iter().filter(|c| c[0] + c[1] + c[2] > 0.0).count();
+            assert!(lit > 67 * 45 / 20, "{name}, {indirect:?}: only {lit} pixels are not black");
+        }
+    }
+}
+
+#[test]
+fn gpu_ray_digests_equal_the_twins() {
+    let Some(gpu) = common::gpu() else { return };
+    for (name, scene) in scenes() {
+        let bvh = common::bvh(&scene);
+        let camera = select_camera(&scene, None).unwrap();
+        let frame = settings(&bvh).frame(&camera);
+        for verdict in verify_rays(&gpu, &bvh, &Tables::new(&scene), frame).unwrap() {
+            assert_eq!(verdict.mismatches, 0, "{name}: {verdict:?}");
+            assert!(verdict.cases > 0, "{name}: {verdict:?}");
+        }
+    }
+}
+
+/// A picture does not depend on how its pixels are grouped into batches: the twin's are half the device's.
+#[test]
+fn gpu_pictures_do_not_depend_on_batches() {
+    let Some(gpu) = common::gpu() else { return };
+    let scene = load_slice("cornell", BUILTINS[0].glb).unwrap();
+    let bvh = common::bvh(&scene);
+    let tables = Tables::new(&scene);
+    let camera = select_camera(&scene, None).unwrap();
+    let settings = Settings { width: 500, height: 300, spp: 1, ..settings(&bvh) };
+    let features = Features::of(&scene, None);
+    let request = Request { bvh: &bvh, tables: &tables, camera: &camera, settings, features, aovs: false };
+    let [device, twin] = [Some(&gpu), None].map(|gpu| picture(gpu, &request, &mut |_| {}).unwrap());
+    assert_eq!(device.film.differing_pixels(&twin.film), 0);
+}
