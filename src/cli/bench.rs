@@ -44,7 +44,7 @@ pub struct Bench {
     #[arg(long, default_value_t = 9)]
     runs: usize,
     /// Length of ambient occlusion rays; by default a tenth of the scene's diagonal
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     ao_radius: Option<f32>,
     /// Seed of the secondary rays
     #[arg(long, default_value_t = 1)]

@@ -118,7 +118,7 @@ pub struct LightArguments {
     #[arg(long, value_enum)]
     indirect: Option<Indirect>,
     /// Length of ambient occlusion rays; by default a tenth of the scene's diagonal
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     ao_radius: Option<f32>,
 }
 

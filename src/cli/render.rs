@@ -56,7 +56,7 @@ pub struct Render {
     #[arg(long, default_value_t = 1)]
     seed: u32,
     /// Factor on the light of the sky
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     sky: f32,
     /// Leave the sky out of the picture and write coverage as alpha
     #[arg(long)]
@@ -74,7 +74,7 @@ pub struct Render {
     #[arg(long, value_name = "AOV", requires = "preview")]
     preview_aov: Option<String>,
     /// Factor on the colours of the preview
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     exposure: f32,
     /// Write statistics (schema caribou-render/1) to a file, or to standard output with -
     #[arg(long, value_name = "FILE")]
