@@ -15,6 +15,7 @@ pub mod twin;
 pub mod vulkan;
 
 /// Constants that host and kernels share, generated from `glsl/include/shared.glsl`.
+#[allow(clippy::excessive_precision, reason = "powers of two are written with all their digits, as in GLSL")]
 pub mod shared {
     include!(concat!(env!("OUT_DIR"), "/shared.rs"));
 }

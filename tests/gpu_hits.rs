@@ -1,4 +1,5 @@
 //! Hits on the device equal the twin's, bit for bit.
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 mod common;
 

@@ -1,5 +1,4 @@
-// Structs shared with the host: src/trace/mod.rs, src/bvh/layout.rs, src/render/layout.rs.
-// tests/layout.rs compares the offsets.
+// Structs shared with the host: src/layout.rs. tests/layout.rs compares names and offsets.
 #ifndef TYPES_GLSL
 #define TYPES_GLSL
 #include "shared.glsl"

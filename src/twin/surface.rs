@@ -41,8 +41,8 @@ pub struct Surface {
 
 /// Octahedral decoding (Cigolle et al. 2014) of two signed 16-bit numbers.
 pub fn decode_normal(packed: u32) -> Vec3 {
-    let x = f32::from(packed as u16 as i16) * 3.051_850_9e-5;
-    let y = f32::from((packed >> 16) as u16 as i16) * 3.051_850_9e-5;
+    let x = f32::from(packed as u16 as i16) * 3.051_851e-5;
+    let y = f32::from((packed >> 16) as u16 as i16) * 3.051_851e-5;
     let z = 1.0 - x.abs() - y.abs();
     let fold = (-z).max(0.0);
     let folded = |c: f32| if c < 0.0 { c + fold } else { c - fold };

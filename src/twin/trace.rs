@@ -1,6 +1,5 @@
 //! Twin of `trace.glsl` (`trace_closest.comp`, `trace_any.comp`).
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use super::box_test::box_ray;
@@ -40,7 +39,7 @@ fn trace<const ANY_HIT: bool>(bvh: &Bvh, rays: &[Ray]) -> (Vec<Hit>, Vec<RayCoun
 fn trace_ray<const ANY_HIT: bool>(bvh: &Bvh, ray: &Ray, counters: &mut RayCounters) -> Hit {
     let mut hit = Hit { t: ray.t_max, prim: NO_HIT, u: 0.0, v: 0.0 };
     if ray.t_max >= ray.t_min {
-        let box_ray = box_ray(ray, Vec3::from(bvh.bounds.0), Vec3::from(bvh.bounds.1));
+        let box_ray = box_ray(ray, bvh.bounds.0, bvh.bounds.1);
         traverse::<ANY_HIT>(bvh, ray, &box_ray, &shear_of(ray.direction), &mut hit, counters);
     }
     if ANY_HIT && hit.prim != NO_HIT {

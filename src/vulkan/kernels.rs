@@ -38,7 +38,8 @@ macro_rules! kernels {
                 }
             }
 
-            pub(super) const fn spirv(self) -> &'static [u8] {
+            /// The kernel as it is handed to the driver, so that tests can read it.
+            pub const fn spirv(self) -> &'static [u8] {
                 match self {
                     $(Kernel::$variant => include_bytes!(concat!(env!("OUT_DIR"), "/", $file, ".spv")),)*
                 }

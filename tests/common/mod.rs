@@ -1,5 +1,6 @@
 //! What the integration tests share: devices, scenes, rays.
 #![allow(dead_code, reason = "each test file uses a part")]
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 use caribou::bvh::{Bvh, Quality};
 use caribou::scene::{self, Scene};
