@@ -1,4 +1,5 @@
 //! The program as its users meet it: exit codes, messages, files.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::path::Path;
 
