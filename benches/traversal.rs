@@ -48,7 +48,7 @@ fn compare(kind: RayKind, scene: &Scene, bvh: &Bvh, gpu: Option<&Gpu>) {
     let mut seconds: [Vec<f64>; 3] = Default::default();
     for round in 0..=ROUNDS {
         let times = [
-            direct.as_mut().map_or(f64::NAN, |direct| cpu_seconds(direct)),
+            direct.as_mut().map_or(f64::NAN, cpu_seconds),
             cpu_seconds(|| drop(twin::trace::trace_closest(bvh, &rays))),
             cpu_seconds(&mut library),
         ];

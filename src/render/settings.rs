@@ -9,10 +9,10 @@ use crate::{Error, Result};
 
 /// Sky from the horizon up: a clear day.
 const SKY_HORIZON: Vec3 = Vec3::new(0.95, 0.97, 1.0);
-const SKY_ZENITH: Vec3 = Vec3::new(0.55, 0.70, 0.95);
+const SKY_ZENITH: Vec3 = Vec3::new(0.65, 0.76, 0.95);
 
 /// Ambient light under an open sky: the mean of the gradient over the hemisphere, cosine-weighted.
-const AMBIENT: Vec3 = Vec3::new(0.683, 0.790, 0.967);
+const AMBIENT: Vec3 = Vec3::new(0.750, 0.830, 0.967);
 
 /// Most samples a pixel: their sum stays exact enough in a float.
 pub const MAX_SPP: u32 = 65_536;
