@@ -11,8 +11,11 @@ struct Shear {
     vec3 shear;
 };
 
-// v with its components turned so that component `axis` comes last.
-vec3 turned(vec3 v, uint axis) { return axis == 0u ? v.yzx : axis == 1u ? v.zxy : v; }
+// v with component `axis` and the last swapped. That mirrors the triangle, which changes the sign of all
+// three edge functions and of nothing that is made of them.
+vec3 turned(vec3 v, uint axis) {
+    return vec3(axis == 0u ? v.z : v.x, axis == 1u ? v.z : v.y, axis == 0u ? v.x : axis == 1u ? v.y : v.z);
+}
 
 Shear shear_of(vec3 direction) {
     vec3 size = abs(direction);
@@ -39,28 +42,31 @@ float determinant_of_errors(vec3 a, vec3 b) {
     return abs(difference) < DETERMINANT_FLOOR ? 0.0 : difference;
 }
 
+bool outside(float u, float v, float w) { return min(min(u, v), w) < 0.0 && max(max(u, v), w) > 0.0; }
+
 // Takes the triangle if it is hit nearer than `hit`, or as near with a lower primitive id.
 void intersect(Ray ray, BoxRay box, Shear shear, Triangle triangle, inout Hit hit) {
     vec3 a = sheared(triangle.v0, ray, shear);
     vec3 b = sheared(triangle.v1, ray, shear);
     vec3 c = sheared(triangle.v2, ray, shear);
     float u = determinant(c, b), v = determinant(a, c), w = determinant(b, a);
+    if (outside(u, v, w)) return;
     if (u == 0.0 || v == 0.0 || w == 0.0) {
         u = u == 0.0 ? determinant_of_errors(c, b) : u;
         v = v == 0.0 ? determinant_of_errors(a, c) : v;
         w = w == 0.0 ? determinant_of_errors(b, a) : w;
+        if (outside(u, v, w)) return;
     }
-    if (min(min(u, v), w) < 0.0 && max(max(u, v), w) > 0.0) return;
     float det = u + v + w;
     if (abs(det) < DETERMINANT_FLOOR) return;
     float inverse = exact_rcp(det);
     float t = ((u * a.z + v * b.z) + w * c.z) * shear.shear.z * inverse;
+    if (t < ray.t_min || t > hit.t) return;
     // A hit is never nearer than its own box. Boxes nest, so no box on the way to this triangle can be
     // skipped because of a farther hit, and the answer does not depend on the order of visits.
     vec3 low = min(min(triangle.v0, triangle.v1), triangle.v2);
     vec3 high = max(max(triangle.v0, triangle.v1), triangle.v2);
     vec2 span = box_span(box, low, high, ray.t_min, ray.t_max);
-    if (t < ray.t_min) return;
     t = abs(max(t, span.x)); // abs: of two zeros max may return either
     if (t < hit.t || (t == hit.t && triangle.prim < hit.prim)) {
         hit = Hit(t, triangle.prim, v * inverse, w * inverse);

@@ -8,8 +8,8 @@ use crate::layout::Triangle;
 use crate::layout::{Hit, Ray};
 use crate::shared::{DETERMINANT_FLOOR, SHEAR_FLOOR};
 
-/// A ray prepared for triangle tests: the axes in turned order, the last the direction's largest, and the
-/// shear along them.
+/// A ray prepared for triangle tests: the axes, the direction's largest swapped with the last, and the shear
+/// along them.
 #[derive(Clone, Copy, Debug)]
 pub struct Shear {
     axes: [usize; 3],
@@ -27,7 +27,7 @@ pub fn shear_of(direction: [f32; 3]) -> Shear {
     } else {
         2
     };
-    let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][axis];
+    let axes = [[2, 1, 0], [0, 2, 1], [0, 1, 2]][axis];
     let d = axes.map(|k| direction[k]);
     let inverse = exact_rcp(d[2]);
     Shear { axes, shear: Vec3::new(d[0] * inverse, d[1] * inverse, inverse) }
@@ -57,6 +57,11 @@ fn determinant_of_errors(a: Vec3, b: Vec3) -> f32 {
     if difference.abs() < DETERMINANT_FLOOR { 0.0 } else { difference }
 }
 
+#[inline(always)]
+fn outside(u: f32, v: f32, w: f32) -> bool {
+    u.min(v).min(w) < 0.0 && u.max(v).max(w) > 0.0
+}
+
 /// Takes the triangle if it is hit nearer than `hit`, or as near with a lower primitive id.
 #[inline(always)]
 pub fn intersect(ray: &Ray, box_ray: &BoxRay, shear: &Shear, triangle: &Triangle, hit: &mut Hit) {
@@ -64,13 +69,16 @@ pub fn intersect(ray: &Ray, box_ray: &BoxRay, shear: &Shear, triangle: &Triangle
     let b = sheared(triangle.v1, ray, shear);
     let c = sheared(triangle.v2, ray, shear);
     let (mut u, mut v, mut w) = (determinant(c, b), determinant(a, c), determinant(b, a));
+    if outside(u, v, w) {
+        return;
+    }
     if u == 0.0 || v == 0.0 || w == 0.0 {
         u = if u == 0.0 { determinant_of_errors(c, b) } else { u };
         v = if v == 0.0 { determinant_of_errors(a, c) } else { v };
         w = if w == 0.0 { determinant_of_errors(b, a) } else { w };
-    }
-    if u.min(v).min(w) < 0.0 && u.max(v).max(w) > 0.0 {
-        return;
+        if outside(u, v, w) {
+            return;
+        }
     }
     let det = u + v + w;
     if det.abs() < DETERMINANT_FLOOR {
@@ -78,7 +86,7 @@ pub fn intersect(ray: &Ray, box_ray: &BoxRay, shear: &Shear, triangle: &Triangle
     }
     let inverse = exact_rcp(det);
     let t = ((u * a.z + v * b.z) + w * c.z) * shear.shear.z * inverse;
-    if t < ray.t_min {
+    if t < ray.t_min || t > hit.t {
         return;
     }
     let (v0, v1, v2) = (Vec3::from(triangle.v0), Vec3::from(triangle.v1), Vec3::from(triangle.v2));
