@@ -73,7 +73,7 @@ fn spans(ray: &BoxRay, planes: [Vec4; 3], t_min: f32, t_max: f32) -> Spans {
 /// Spans of a node's children.
 #[inline(always)]
 pub fn node_spans(ray: &BoxRay, node: &Node, t_min: f32, t_max: f32) -> Spans {
-    spans(ray, [node.x, node.y, node.z].map(Vec4::from), t_min, t_max)
+    spans(ray, [Vec4::from(node.x), Vec4::from(node.y), Vec4::from(node.z)], t_min, t_max)
 }
 
 /// Distance at which the ray enters one box.
