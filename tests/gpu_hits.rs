@@ -29,8 +29,7 @@ fn rays(scene: &Scene, count: u32) -> Vec<Ray> {
         .collect()
 }
 
-fn trace_on(gpu: &Gpu, bvh: &Bvh, rays: &[Ray], query: Query, step_limit: Option<u32>) -> (Vec<Hit>, Vec<RayCounters>) {
-    let options = TracerOptions { step_limit, ..TracerOptions::default() };
+fn trace_on(gpu: &Gpu, bvh: &Bvh, rays: &[Ray], query: Query, options: TracerOptions) -> (Vec<Hit>, Vec<RayCounters>) {
     let tracer = Tracer::new(gpu, Geometry::upload(gpu, bvh).unwrap(), options).unwrap();
     let count = rays.len();
     let rays = gpu.upload("rays", rays).unwrap();
@@ -50,15 +49,22 @@ fn assert_equal(what: &str, device: &(Vec<Hit>, Vec<RayCounters>), twin: &(Vec<H
     }
 }
 
+/// The kernels that the device would use, and those for GPUs.
+fn both_kernels(step_limit: Option<u32>) -> [TracerOptions; 2] {
+    [false, true].map(|gpu_kernels| TracerOptions { step_limit, gpu_kernels, ..TracerOptions::default() })
+}
+
 #[test]
 fn gpu_hits_and_counters_equal_the_twins() {
     let Some(gpu) = common::gpu() else { return };
     for (name, scene) in common::small_scenes() {
         let (bvh, rays) = (common::bvh(&scene), rays(&scene, 20_000));
         let closest = twin::trace::trace_closest(&bvh, &rays);
-        assert_equal(&name, &trace_on(&gpu, &bvh, &rays, Query::Closest, None), &closest);
         let any = twin::trace::trace_any(&bvh, &rays);
-        assert_equal(&name, &trace_on(&gpu, &bvh, &rays, Query::Any, None), &any);
+        for options in both_kernels(None) {
+            assert_equal(&name, &trace_on(&gpu, &bvh, &rays, Query::Closest, options), &closest);
+            assert_equal(&name, &trace_on(&gpu, &bvh, &rays, Query::Any, options), &any);
+        }
     }
 }
 
@@ -69,8 +75,8 @@ fn gpu_hits_are_the_same_with_any_step_limit() {
     let (bvh, rays) = (common::bvh(&scene), rays(&scene, 2_000));
     let closest = twin::trace::trace_closest(&bvh, &rays);
     let any = twin::trace::trace_any(&bvh, &rays);
-    for limit in [1, 7, 100] {
-        assert_equal("closest", &trace_on(&gpu, &bvh, &rays, Query::Closest, Some(limit)), &closest);
-        assert_equal("any", &trace_on(&gpu, &bvh, &rays, Query::Any, Some(limit)), &any);
+    for options in [1, 7, 100].into_iter().flat_map(|limit| both_kernels(Some(limit))) {
+        assert_equal("closest", &trace_on(&gpu, &bvh, &rays, Query::Closest, options), &closest);
+        assert_equal("any", &trace_on(&gpu, &bvh, &rays, Query::Any, options), &any);
     }
 }

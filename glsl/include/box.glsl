@@ -24,14 +24,25 @@ BoxRay box_ray(Ray ray, vec3 scene_low, vec3 scene_high) {
     return BoxRay(o + slack, o - slack, exact_rcp3(d));
 }
 
+// Smaller and larger of two numbers of which neither is NaN. Software drivers guard the built-ins against
+// NaN with two more instructions each; 1.05x on lavapipe 25.
+#ifdef CPU_LANES
+float lower(float a, float b) { return a < b ? a : b; }
+float higher(float a, float b) { return a > b ? a : b; }
+#else
+float lower(float a, float b) { return min(a, b); }
+float higher(float a, float b) { return max(a, b); }
+#endif
+
 // Distances (enter, leave) of the ray in the box; it meets the box if enter <= leave. The slack moves
 // low planes down and high planes up, so near and far planes need no telling apart before min and max.
 vec2 box_span(BoxRay ray, vec3 low, vec3 high, float t_min, float t_max) {
     vec3 a = (low - ray.low_origin) * ray.inverse;
     vec3 b = (high - ray.high_origin) * ray.inverse;
-    vec3 near = min(a, b), far = max(a, b);
-    float enter = max(max3(near), t_min);
-    float leave = min(min(min(far.x, far.y), far.z) * FAR_PADDING, t_max);
+    float near = higher(higher(lower(a.x, b.x), lower(a.y, b.y)), lower(a.z, b.z));
+    float far = lower(lower(higher(a.x, b.x), higher(a.y, b.y)), higher(a.z, b.z));
+    float enter = higher(near, t_min);
+    float leave = lower(far * FAR_PADDING, t_max);
     return vec2(enter, leave);
 }
 #endif

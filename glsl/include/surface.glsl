@@ -47,7 +47,7 @@ vec3 floored3(vec3 v) {
 }
 
 Surface surface_at(Ray ray, Hit hit) {
-    Triangle triangle = Triangles(frame.triangles).at[Words(frame.slots).at[hit.prim]];
+    Triangle triangle = load_triangle(Triangles(frame.triangles), Words(frame.slots).at[hit.prim]);
     vec3 weights = vec3((1.0 - hit.u) - hit.v, hit.u, hit.v);
     vec3 point = (triangle.v0 * weights.x + triangle.v1 * weights.y) + triangle.v2 * weights.z;
     vec3 geometric = normalize3(cross3(triangle.v1 - triangle.v0, triangle.v2 - triangle.v0));

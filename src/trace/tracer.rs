@@ -5,7 +5,7 @@ use super::stream::Stream;
 use crate::Result;
 use crate::layout::TracePush;
 use crate::shared::*;
-use crate::vulkan::{Buffer, Gpu, Kernel, Pipeline, Place, Probe};
+use crate::vulkan::{Buffer, DeviceKind, Gpu, Kernel, Pipeline, Place, Probe};
 
 /// Loop iterations kept free below a driver's limit: a leaf, and a stack loaded and stored.
 const LIMIT_MARGIN: u32 = 512;
@@ -30,12 +30,16 @@ pub struct TracerOptions {
     /// Stop each invocation after about so many loop iterations and go on in another dispatch. Set by
     /// itself where the driver needs it.
     pub step_limit: Option<u32>,
+    /// Use the kernels for GPUs on software drivers too: lets tests run both there.
+    pub gpu_kernels: bool,
 }
 
 /// The trace kernels, ready for one scene.
 pub struct Tracer {
     geometry: Geometry,
     spec: Vec<(u32, u32)>,
+    /// Use the kernels for the lanes of software drivers; see `geometry.glsl` and `traverse.glsl`.
+    cpu_lanes: bool,
     suspension: Option<Suspension>,
     /// Stands in for buffers that the kernels were compiled not to touch.
     unused: Buffer,
@@ -73,7 +77,9 @@ impl Tracer {
         let most = gpu.info().limits.groups.saturating_mul(WARP);
         let chunk = if step_limit.is_some() { most.min(SUSPENDABLE) } else { most };
         let suspension = step_limit.map(|_| Suspension::new(gpu)).transpose()?;
-        Ok(Tracer { geometry, spec, suspension, unused: gpu.buffer("unused", 16, Place::Device)?, chunk })
+        let cpu_lanes = gpu.info().kind == DeviceKind::Cpu && gpu.info().int64 && !options.gpu_kernels;
+        let unused = gpu.buffer("unused", 16, Place::Device)?;
+        Ok(Tracer { geometry, spec, cpu_lanes, suspension, unused, chunk })
     }
 
     /// The scene on the device.
@@ -87,6 +93,8 @@ impl Tracer {
     /// [`crate::Error::Device`] if the driver fails.
     pub fn pipeline(&self, gpu: &Gpu, query: Query, count: bool) -> Result<Pipeline> {
         let kernel = match query {
+            Query::Closest if self.cpu_lanes => Kernel::TraceClosestCpu,
+            Query::Any if self.cpu_lanes => Kernel::TraceAnyCpu,
             Query::Closest => Kernel::TraceClosest,
             Query::Any => Kernel::TraceAny,
         };

@@ -55,6 +55,8 @@ kernels! {
     ProbeLoop:       "probe_loop",        2,        0,          32;
     TraceClosest:    "trace_closest",     5,        52,         32;
     TraceAny:        "trace_any",         5,        52,         32;
+    TraceClosestCpu: "trace_closest_cpu", 5,        52,         32;
+    TraceAnyCpu:     "trace_any_cpu",     5,        52,         32;
     Generate:        "generate",          3,        16,         32;
     Light:           "light",             10,       16,         32;
     Gather:          "gather",            5,        16,         32;

@@ -28,6 +28,8 @@ pub struct DeviceInfo {
     pub api_version: String,
     /// Invocations a subgroup.
     pub subgroup_size: u32,
+    /// Whether kernels may use 64-bit integers (feature shaderInt64).
+    pub int64: bool,
     /// Limits that this program meets.
     pub limits: Limits,
     /// Memory heaps in the driver's order.
@@ -152,7 +154,7 @@ fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice
             instance.get_physical_device_queue_family_properties(physical),
         )
     };
-    let properties = properties.properties;
+    let (properties, int64) = (properties.properties, features.features.shader_int64 == vk::TRUE);
     let family = compute_family(&families);
     let timestamp_bits = family.map_or(0, |family| families[family as usize].timestamp_valid_bits);
     let version = properties.api_version;
@@ -179,6 +181,7 @@ fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice
             vk::api_version_patch(version)
         ),
         subgroup_size: subgroup.subgroup_size,
+        int64,
         limits: limits(&properties.limits, &maintenance, timestamp_bits),
         heaps: memory
             .memory_heaps_as_slice()
