@@ -64,15 +64,24 @@ void traverse(Nodes nodes, Triangles triangles, Ray ray, BoxRay box, Shear shear
             }
         }
         if ((cursor.link & LEAF_BIT) != 0u && cursor.link != LINK_DONE && !spent(steps)) {
-            uint left = (cursor.link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK;
-            TURN (left > 0u) {
-                steps += 1u;
-                if (COUNT) counters.triangle_tests += 1u;
-                intersect(ray, box, shear, load_triangle(triangles, cursor.link & LEAF_FIRST_MASK), hit);
+            uint first = cursor.link & LEAF_FIRST_MASK;
+            uint count = (cursor.link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK;
+#ifdef CPU_LANES
+            if (count > 0u) {
+                intersect(ray, box, shear, load_triangle(triangles, first), hit);
                 cursor.link += NEXT_TRIANGLE;
-                left -= 1u;
             }
-            if (left == 0u) cursor.link = ANY_HIT && hit.prim != NO_HIT ? LINK_DONE : pop(cursor);
+            bool done = count <= 1u;
+            count = min(count, 1u);
+#else
+            for (uint i = first; i < first + count; ++i) {
+                intersect(ray, box, shear, load_triangle(triangles, i), hit);
+            }
+            bool done = true;
+#endif
+            steps += count;
+            if (COUNT) counters.triangle_tests += count;
+            if (done) cursor.link = ANY_HIT && hit.prim != NO_HIT ? LINK_DONE : pop(cursor);
         }
         steps += 1u;
     }

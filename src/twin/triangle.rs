@@ -40,7 +40,7 @@ fn floored(x: f32) -> f32 {
 
 #[inline(always)]
 fn sheared(corner: [f32; 3], ray: &Ray, shear: &Shear) -> Vec3 {
-    // Spelt out: `map` over an array is a call where the optimiser does not inline it, three times slower.
+    // Spelt out: `map` over an array is a call where the optimiser does not inline it, two to three times slower.
     let [kx, ky, kz] = shear.axes;
     let (x, y, z) = (corner[kx] - ray.origin[kx], corner[ky] - ray.origin[ky], corner[kz] - ray.origin[kz]);
     Vec3::new(floored(x - shear.shear.x * z), floored(y - shear.shear.y * z), z)
