@@ -1,6 +1,12 @@
 //! Bounding volume hierarchy: build, GPU layout, statistics.
 
 pub mod build;
+mod coincident;
+mod lay_out;
 pub mod statistics;
+mod validate;
+
+#[cfg(test)]
+mod tests;
 
 pub use build::{Bvh, Quality};

@@ -1,0 +1,162 @@
+//! Lays a tree out for traversal.
+
+use std::ops::Range;
+
+use glam::Vec3;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+
+use super::build::{Bvh, EMPTY_LEAF, NOWHERE, node};
+use super::coincident::{BuildPrimitives, bounds};
+use crate::layout::{Node, Triangle};
+use crate::shared::{LEAF_BIT, LEAF_COUNT_SHIFT, MAX_LEAF_TRIANGLES, STACK_SIZE};
+
+/// Levels in which any number of triangles that the layout can hold, 2^27, are halved down to leaves of 8.
+const HALVINGS: usize = 24;
+
+/// Level from which a tree too deep for the stack is laid out by halves.
+const DEEPEST_LEVEL: usize = STACK_SIZE as usize - HALVINGS;
+
+/// Depth-first: a node, then all below its first child, then all below its second.
+pub fn lay_out(tree: &Bvh2, primitives: &BuildPrimitives, positions: &[[Vec3; 3]]) -> Bvh {
+    let deepest = if primitives.has_groups() { DEEPEST_LEVEL } else { STACK_SIZE as usize };
+    let mut layout = Layout {
+        tree,
+        primitives,
+        positions,
+        halved_from: if depth(tree) > deepest { DEEPEST_LEVEL } else { usize::MAX },
+        order: Vec::new(),
+        nodes: Vec::with_capacity(tree.nodes.len() / 2 + 1),
+        triangles: Vec::with_capacity(positions.len()),
+    };
+    layout.all();
+    let Layout { nodes, triangles, .. } = layout;
+    let mut slots = vec![0; positions.len()];
+    for (slot, triangle) in triangles.iter().enumerate() {
+        slots[triangle.prim as usize] = slot as u32;
+    }
+    let root = tree.nodes[0].aabb();
+    let bounds = (root.min.into(), root.max.into());
+    Bvh { nodes, triangles, slots, bounds, triangle_count: positions.len() }
+}
+
+/// Inner nodes on the longest way down. Without recursion: a chain may be as long as the scene.
+fn depth(tree: &Bvh2) -> usize {
+    let mut pending = vec![(0, 0)];
+    let mut deepest = 0;
+    while let Some((index, above)) = pending.pop() {
+        let node = &tree.nodes[index];
+        deepest = deepest.max(above);
+        if !node.is_leaf() {
+            pending.extend([0, 1].map(|side| (node.first_index as usize + side, above + 1)));
+        }
+    }
+    deepest
+}
+
+/// A part of the tree still to be laid out.
+enum Part {
+    /// A node of the source.
+    Source(usize),
+    /// Triangles in `Layout::order`, to be halved down to leaves.
+    Triangles(Range<usize>),
+}
+
+struct Layout<'a> {
+    tree: &'a Bvh2,
+    primitives: &'a BuildPrimitives,
+    positions: &'a [[Vec3; 3]],
+    /// Level from which subtrees are halved, whatever the source says.
+    halved_from: usize,
+    /// Primitive ids of leaves and of subtrees that are halved.
+    order: Vec<u32>,
+    nodes: Vec<Node>,
+    triangles: Vec<Triangle>,
+}
+
+impl Layout<'_> {
+    /// Walks the tree with a stack of (part, its level, where its link belongs).
+    fn all(&mut self) {
+        let mut pending = vec![(Part::Source(0), 0, None)];
+        while let Some((part, level, parent)) = pending.pop() {
+            let (link, children) = self.place(part, level);
+            match parent {
+                Some((node, side)) => self.nodes[node as usize].child[side] = link,
+                None if link & LEAF_BIT != 0 => self.lone_leaf(link),
+                None => {}
+            }
+            if let Some([first, second]) = children {
+                pending.push((second, level + 1, Some((link, 1))));
+                pending.push((first, level + 1, Some((link, 0))));
+            }
+        }
+    }
+
+    /// Appends a leaf, or an inner node whose links are still to come; returns its link and its children.
+    fn place(&mut self, part: Part, level: usize) -> (u32, Option<[Part; 2]>) {
+        let range = match part {
+            Part::Triangles(range) => range,
+            Part::Source(index) if self.tree.nodes[index].is_leaf() || level >= self.halved_from => {
+                // Depth-first, so no part of what was gathered before is pending.
+                self.order.clear();
+                self.gather(index)
+            }
+            Part::Source(index) => {
+                let first = self.tree.nodes[index].first_index as usize;
+                let boxes = [first, first + 1].map(|child| *self.tree.nodes[child].aabb());
+                return (self.inner(boxes), Some([Part::Source(first), Part::Source(first + 1)]));
+            }
+        };
+        if range.len() <= MAX_LEAF_TRIANGLES as usize {
+            return (self.leaf(range), None);
+        }
+        let middle = range.start + range.len() / 2;
+        let halves = [range.start..middle, middle..range.end];
+        let boxes = halves.clone().map(|half| self.union(half));
+        (self.inner(boxes), Some(halves.map(Part::Triangles)))
+    }
+
+    /// Appends all triangles below a node of the source to `order`, neighbours together.
+    fn gather(&mut self, index: usize) -> Range<usize> {
+        let start = self.order.len();
+        let mut pending = vec![index];
+        while let Some(index) = pending.pop() {
+            let node = &self.tree.nodes[index];
+            let first = node.first_index as usize;
+            if node.is_leaf() {
+                let leaf = &self.tree.primitive_indices[first..first + node.prim_count as usize];
+                self.order.extend(leaf.iter().flat_map(|&primitive| self.primitives.triangles(primitive)));
+            } else {
+                pending.extend([first + 1, first]);
+            }
+        }
+        start..self.order.len()
+    }
+
+    fn union(&self, range: Range<usize>) -> Aabb {
+        let boxes = self.order[range].iter().map(|&prim| bounds(&self.positions[prim as usize]));
+        boxes.fold(Aabb::empty(), |all, aabb| all.union(&aabb))
+    }
+
+    fn inner(&mut self, boxes: [Aabb; 2]) -> u32 {
+        self.nodes.push(node(boxes.map(|aabb| ((aabb.min.into(), aabb.max.into()), EMPTY_LEAF))));
+        self.nodes.len() as u32 - 1
+    }
+
+    /// Appends a leaf's triangles, lowest primitive id first.
+    fn leaf(&mut self, range: Range<usize>) -> u32 {
+        let (first, count) = (self.triangles.len(), range.len() as u32);
+        self.triangles.extend(self.order[range].iter().map(|&prim| {
+            let [v0, v1, v2] = self.positions[prim as usize].map(Into::into);
+            Triangle { v0, prim, v1, pad1: 0, v2, pad2: 0 }
+        }));
+        self.triangles[first..].sort_unstable_by_key(|triangle| triangle.prim);
+        LEAF_BIT | count << LEAF_COUNT_SHIFT | first as u32
+    }
+
+    /// A root for a tree that is one leaf.
+    fn lone_leaf(&mut self, link: u32) {
+        let root = self.tree.nodes[0].aabb();
+        self.nodes.push(node([((root.min.into(), root.max.into()), link), (NOWHERE, EMPTY_LEAF)]));
+    }
+}
