@@ -40,9 +40,10 @@ const float BOX_SLACK = 9.5367431640625e-7;
 const float ORIGIN_SLACK = 1.1920928955078125e-7;
 // A box's far distance is scaled by 1 + 2 gamma(3) (Ize 2013, section 4).
 const float FAR_PADDING = 1.0000004;
-// Sheared coordinates below this magnitude (2^-51) count as zero, so that the products of the edge test
-// and their differences never become denormal, which drivers treat differently.
-const float SHEAR_FLOOR = 4.440892098500626e-16;
+// Sheared coordinates below this magnitude (2^-40) count as zero. Those left are multiples of 2^-63, so the
+// products of the edge test, their differences and their rounding errors are multiples of 2^-126: zero or
+// normal numbers, which all drivers treat alike.
+const float SHEAR_FLOOR = 9.094947017729282e-13;
 // Determinants below this magnitude (2^-120) count as zero, so that their reciprocal is a normal number.
 const float DETERMINANT_FLOOR = 7.52316384526264e-37;
 // Coordinates below this magnitude (2^-100) count as zero: differences of coordinates are then zero or
@@ -126,6 +127,13 @@ const uint DIMENSION_AO = 2048u;
 
 // Depth of pixels that see nothing: far beyond any scene, yet finite, for programs that average.
 const float Z_NOTHING = 1.0e10;
+
+// Operations of verify_exact.comp: reciprocals of consecutive numbers.
+const uint VERIFY_RCP = 0u;
+// Square roots of consecutive numbers.
+const uint VERIFY_SQRT = 1u;
+// Rounding errors of products.
+const uint VERIFY_PRODUCT_ERROR = 2u;
 
 // Specialization constants. The driver rounds reciprocals correctly.
 const uint SPEC_RCP_EXACT = 1u;

@@ -60,7 +60,9 @@ void intersect(Ray ray, BoxRay box, Shear shear, Triangle triangle, inout Hit hi
     float det = u + v + w;
     if (abs(det) < DETERMINANT_FLOOR) return;
     float inverse = exact_rcp(det);
-    float t = ((u * a.z + v * b.z) + w * c.z) * shear.shear.z * inverse;
+    // Weights first: u a.z is cubic in the size of the scene and would overflow early.
+    u *= inverse, v *= inverse, w *= inverse;
+    float t = ((u * a.z + v * b.z) + w * c.z) * shear.shear.z;
     if (t < ray.t_min || t > hit.t) return;
     // A hit is never nearer than its own box. Boxes nest, so no box on the way to this triangle can be
     // skipped because of a farther hit, and the answer does not depend on the order of visits.
@@ -69,7 +71,7 @@ void intersect(Ray ray, BoxRay box, Shear shear, Triangle triangle, inout Hit hi
     vec2 span = box_span(box, low, high, ray.t_min, ray.t_max);
     t = abs(max(t, span.x)); // abs: of two zeros max may return either
     if (t < hit.t || (t == hit.t && triangle.prim < hit.prim)) {
-        hit = Hit(t, triangle.prim, v * inverse, w * inverse);
+        hit = Hit(t, triangle.prim, v, w);
     }
 }
 #endif

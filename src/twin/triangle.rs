@@ -85,7 +85,9 @@ pub fn intersect(ray: &Ray, box_ray: &BoxRay, shear: &Shear, triangle: &Triangle
         return;
     }
     let inverse = exact_rcp(det);
-    let t = ((u * a.z + v * b.z) + w * c.z) * shear.shear.z * inverse;
+    // Weights first: u a.z is cubic in the size of the scene and would overflow early.
+    let (u, v, w) = (u * inverse, v * inverse, w * inverse);
+    let t = ((u * a.z + v * b.z) + w * c.z) * shear.shear.z;
     if t < ray.t_min || t > hit.t {
         return;
     }
@@ -93,6 +95,6 @@ pub fn intersect(ray: &Ray, box_ray: &BoxRay, shear: &Shear, triangle: &Triangle
     let enter = box_enter(box_ray, v0.min(v1).min(v2), v0.max(v1).max(v2), ray.t_min);
     let t = t.max(enter).abs();
     if t < hit.t || (t == hit.t && triangle.prim < hit.prim) {
-        *hit = Hit { t, prim: triangle.prim, u: v * inverse, v: w * inverse };
+        *hit = Hit { t, prim: triangle.prim, u: v, v: w };
     }
 }
