@@ -3,13 +3,13 @@
 
 mod common;
 
-use caribou::bvh::Bvh;
 use caribou::layout::{Hit, Ray, RayCounters};
 use caribou::scene::Scene;
-use caribou::trace::{Geometry, Query, Stream, Tracer, TracerOptions};
+use caribou::trace::Query;
 use caribou::twin;
-use caribou::vulkan::{Gpu, Place};
 use glam::Vec3;
+
+use common::{both_kernels, trace_on};
 
 /// Rays from around the scene towards it, axis-parallel ones among them.
 fn rays(scene: &Scene, count: u32) -> Vec<Ray> {
@@ -29,29 +29,12 @@ fn rays(scene: &Scene, count: u32) -> Vec<Ray> {
         .collect()
 }
 
-fn trace_on(gpu: &Gpu, bvh: &Bvh, rays: &[Ray], query: Query, options: TracerOptions) -> (Vec<Hit>, Vec<RayCounters>) {
-    let tracer = Tracer::new(gpu, Geometry::upload(gpu, bvh).unwrap(), options).unwrap();
-    let count = rays.len();
-    let rays = gpu.upload("rays", rays).unwrap();
-    let hits = gpu.buffer("hits", 16 * count as u64, Place::Device).unwrap();
-    let counters = gpu.buffer("counters", 8 * count as u64, Place::Device).unwrap();
-    let mut stream = Stream::new(gpu);
-    tracer.trace(&mut stream, "trace", query, (&rays, &hits, Some(&counters)), count as u32).unwrap();
-    stream.finish().unwrap();
-    (gpu.download(&hits, 0..count).unwrap(), gpu.download(&counters, 0..count).unwrap())
-}
-
 fn assert_equal(what: &str, device: &(Vec<Hit>, Vec<RayCounters>), twin: &(Vec<Hit>, Vec<RayCounters>)) {
     assert!(twin.0.iter().any(Hit::is_hit) && !twin.0.iter().all(Hit::is_hit), "{what}: hits and misses");
     for i in 0..twin.0.len() {
         assert_eq!(bytemuck::bytes_of(&device.0[i]), bytemuck::bytes_of(&twin.0[i]), "{what}: hit of ray {i}");
         assert_eq!(device.1[i], twin.1[i], "{what}: counters of ray {i}");
     }
-}
-
-/// The kernels that the device would use, and those for GPUs.
-fn both_kernels(step_limit: Option<u32>) -> [TracerOptions; 2] {
-    [false, true].map(|gpu_kernels| TracerOptions { step_limit, gpu_kernels, ..TracerOptions::default() })
 }
 
 #[test]

@@ -25,6 +25,12 @@ fn shared_structs_have_the_layout_of_the_kernels() {
     let mut seen = BTreeSet::new();
     for &kernel in Kernel::ALL {
         for found in structs(&rspirv::dr::load_bytes(kernel.spirv()).unwrap()) {
+            if !found.is_block
+                && let Some(name) = found.name.strip_suffix("Words")
+            {
+                assert_same_memory(kernel, &found, name);
+                continue;
+            }
             let Some(&(name, size, fields)) = SHARED_STRUCTS.iter().find(|shared| shared.0 == found.name) else {
                 // The probes' cases are shared with the probe alone.
                 let own = found.is_block || kernel.name().starts_with("probe_");
@@ -42,6 +48,15 @@ fn shared_structs_have_the_layout_of_the_kernels() {
     }
     let all: BTreeSet<&str> = SHARED_STRUCTS.iter().map(|shared| shared.0).collect();
     assert_eq!(seen, all, "every shared struct is in a kernel");
+}
+
+/// A `NAMEWords` has the fields of `NAME`, several of them loaded as one.
+fn assert_same_memory(kernel: Kernel, found: &Reflected, name: &str) {
+    let context = format!("{}: {found:?}", kernel.name());
+    let &(_, size, fields) = SHARED_STRUCTS.iter().find(|shared| shared.0 == name).expect(&context);
+    assert!(found.members.iter().all(|m| fields.contains(&(m.0.as_str(), m.1))), "{context}: names and offsets");
+    let end = found.members.iter().map(|m| m.1 + m.2).max();
+    assert!(end == Some(size) && found.strides.iter().eq([&size]), "{context}: {size} bytes");
 }
 
 /// Structs with a memory layout: glslang keeps another copy, without offsets, for those in registers.

@@ -53,6 +53,7 @@ kernels! {
     // variant        file                bindings  push bytes  workgroup
     ProbeArithmetic: "probe_arithmetic",  2,        0,          64;
     ProbeLoop:       "probe_loop",        2,        0,          32;
+    VerifyExact:     "verify_exact",      2,        8,          256;
     TraceClosest:    "trace_closest",     5,        52,         32;
     TraceAny:        "trace_any",         5,        52,         32;
     TraceClosestCpu: "trace_closest_cpu", 5,        52,         32;

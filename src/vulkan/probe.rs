@@ -141,3 +141,19 @@ fn differ(expected: f32, found: f32) -> u32 {
     let ordered = |x: f32| i64::from(x.abs().to_bits()) * if x.is_sign_negative() { -1 } else { 1 };
     u32::try_from(ordered(expected).abs_diff(ordered(found))).unwrap_or(u32::MAX)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Probe;
+
+    #[test]
+    fn a_device_without_exact_results_or_fma_is_not_bit_identical() {
+        let exact = Probe { exact_add_multiply: true, exact_reciprocal: true, exact_sqrt: true, ..Probe::default() };
+        assert!(exact.bit_identical());
+        assert!(!Probe { exact_sqrt: false, ..exact }.bit_identical());
+        assert!(!Probe { exact_reciprocal: false, ..exact }.bit_identical());
+        assert!(!Probe { exact_add_multiply: false, ..exact }.bit_identical());
+        let corrected = Probe { exact_add_multiply: true, fma_fused: true, ..Probe::default() };
+        assert!(corrected.bit_identical());
+    }
+}

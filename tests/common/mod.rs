@@ -2,9 +2,13 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
+pub mod closed;
+
 use caribou::bvh::{Bvh, Quality};
+use caribou::layout::{Hit, Ray, RayCounters};
 use caribou::scene::{self, Scene};
-use caribou::vulkan::{Gpu, GpuOptions};
+use caribou::trace::{Geometry, Query, Stream, Tracer, TracerOptions};
+use caribou::vulkan::{Gpu, GpuOptions, Place};
 
 /// The Vulkan device to test on, with validation where the layer is installed. Skips aloud without a
 /// driver, unless `CARIBOU_REQUIRE_VULKAN` forbids it.
@@ -30,4 +34,28 @@ pub fn small_scenes() -> Vec<(String, Scene)> {
 /// The BVH at default quality.
 pub fn bvh(scene: &Scene) -> Bvh {
     Bvh::build(&scene.positions, Quality::default()).unwrap()
+}
+
+/// Hits and counters of the device.
+pub fn trace_on(
+    gpu: &Gpu,
+    bvh: &Bvh,
+    rays: &[Ray],
+    query: Query,
+    options: TracerOptions,
+) -> (Vec<Hit>, Vec<RayCounters>) {
+    let tracer = Tracer::new(gpu, Geometry::upload(gpu, bvh).unwrap(), options).unwrap();
+    let count = rays.len();
+    let rays = gpu.upload("rays", rays).unwrap();
+    let hits = gpu.buffer("hits", 16 * count as u64, Place::Device).unwrap();
+    let counters = gpu.buffer("counters", 8 * count as u64, Place::Device).unwrap();
+    let mut stream = Stream::new(gpu);
+    tracer.trace(&mut stream, "trace", query, (&rays, &hits, Some(&counters)), count as u32).unwrap();
+    stream.finish().unwrap();
+    (gpu.download(&hits, 0..count).unwrap(), gpu.download(&counters, 0..count).unwrap())
+}
+
+/// The kernels that the device would use, and those for GPUs.
+pub fn both_kernels(step_limit: Option<u32>) -> [TracerOptions; 2] {
+    [false, true].map(|gpu_kernels| TracerOptions { step_limit, gpu_kernels, ..TracerOptions::default() })
 }
