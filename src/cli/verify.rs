@@ -9,8 +9,9 @@ use super::output;
 use crate::render::features::Features;
 use crate::render::picture::{Request, picture};
 use crate::render::settings::Settings;
-use crate::report::verify::{Verdict, verify_rays};
+use crate::report::verify::verify_rays;
 use crate::scene::select_camera;
+use crate::trace::verify::{Verdict, verify_arithmetic};
 use crate::vulkan::Gpu;
 use crate::{Error, Result};
 
@@ -64,7 +65,8 @@ impl Verify {
         let camera = select_camera(&prepared.scene, self.scene.camera.as_deref())?;
         let settings = self.settings(Settings::default_ao_radius(prepared.bvh.bounds));
         let (bvh, tables) = (&prepared.bvh, &prepared.tables);
-        let mut verdicts = verify_rays(gpu, bvh, tables, settings.frame(&camera))?;
+        let mut verdicts = verify_arithmetic(gpu)?;
+        verdicts.extend(verify_rays(gpu, bvh, tables, settings.frame(&camera))?);
         let features = Features::of(&prepared.scene, None);
         let request = Request { bvh, tables, camera: &camera, settings, features, aovs: true };
         let [device, twin] = [Some(gpu), None].map(|gpu| picture(gpu, &request, &mut |_| {}));
@@ -81,10 +83,10 @@ impl Verify {
 
 fn table(gpu: &Gpu, verdicts: &[Verdict]) -> String {
     let mut text =
-        format!("{} against the CPU twin\n{:<20} {:>10} {:>10}\n", gpu.info().name, "", "compared", "differ");
+        format!("{} against the CPU twin\n{:<36} {:>10} {:>10}\n", gpu.info().name, "", "compared", "differ");
     for v in verdicts {
         let digest = v.digest.as_deref().unwrap_or_default();
-        let _ = writeln!(text, "{:<20} {:>10} {:>10}  {digest}", v.what, v.cases, v.mismatches);
+        let _ = writeln!(text, "{:<36} {:>10} {:>10}  {digest}", v.what, v.cases, v.mismatches);
     }
     text
 }

@@ -1,7 +1,5 @@
 //! Whether a device gives what the twin gives, bit for bit.
 
-use serde::Serialize;
-
 use super::bench::{Bench, GpuBench, Traced, TwinBench};
 use crate::Result;
 use crate::bvh::Bvh;
@@ -10,21 +8,8 @@ use crate::render::rays::RayKind;
 use crate::scene::tables::Tables;
 use crate::trace::TracerOptions;
 use crate::trace::digest::hits_digest;
+use crate::trace::verify::Verdict;
 use crate::vulkan::Gpu;
-
-/// Comparison of one thing.
-#[derive(Clone, Debug, Serialize)]
-pub struct Verdict {
-    /// What was compared.
-    pub what: String,
-    /// How many.
-    pub cases: u64,
-    /// How many of them differ in any bit.
-    pub mismatches: u64,
-    /// Digest of the device's hits, where it is about hits.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub digest: Option<String>,
-}
 
 /// Rays, hits (prim, t, u, v) and counters of every kind of ray on the device and on the twin.
 ///

@@ -20,15 +20,18 @@ const RCP_EXPONENTS: [u32; 5] = [2, 126, 127, 128, 251];
 /// 2^-100 (see `exact_sqrt`), around 1, and the largest.
 const SQRT_EXPONENTS: [u32; 6] = [27, 28, 126, 127, 253, 254];
 
-/// How one function fared.
+/// Comparison of one thing on a device and on the twin.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Verdict {
-    /// Function, and the path through it.
-    pub name: &'static str,
-    /// Operands compared.
+    /// What was compared.
+    pub what: String,
+    /// How many.
     pub cases: u64,
-    /// Results that differ from the host's in some bit.
+    /// How many of them differ in any bit.
     pub mismatches: u64,
+    /// Digest of the device's hits, where it is about hits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub digest: Option<String>,
 }
 
 /// Compares reciprocals and square roots of all mantissas, and the rounding errors of random products:
@@ -113,7 +116,7 @@ impl<'g> Bench<'g> {
         firsts: impl Iterator<Item = u32>,
         host: impl Fn(u32, u32) -> f32 + Sync,
     ) -> Result<()> {
-        let mut verdict = Verdict { name, cases: 0, mismatches: 0 };
+        let mut verdict = Verdict { what: name.to_owned(), cases: 0, mismatches: 0, digest: None };
         for first in firsts {
             let groups = MANTISSAS.div_ceil(pipeline.kernel().interface().local_size);
             let mut recorder = self.gpu.recorder("verify arithmetic")?;
