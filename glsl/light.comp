@@ -28,7 +28,7 @@ Arrival arrival(Light light, vec3 point) {
     if (light.kind == LIGHT_DIRECTIONAL) return Arrival(-light.direction, FAR_AWAY, light.intensity);
     vec3 to = light.position - point;
     float distance2 = dot3(to, to);
-    if (distance2 < COORDINATE_FLOOR) return Arrival(vec3(0.0), 0.0, vec3(0.0));
+    if (distance2 < SQRT_FLOOR) return Arrival(vec3(0.0), 0.0, vec3(0.0));
     float distance = exact_sqrt(distance2);
     vec3 direction = to * exact_rcp(distance);
     // The window of KHR_lights_punctual, section Range Property.

@@ -25,7 +25,7 @@ float exact_rcp(float x) {
 
 vec3 exact_rcp3(vec3 v) { return vec3(exact_rcp(v.x), exact_rcp(v.y), exact_rcp(v.z)); }
 
-// sqrt(x) for x = 0 or normal x above 2^-100: one Newton step, then Tuckerman's test of both neighbours.
+// sqrt(x) for x = 0 or x from SQRT_FLOOR up: one Newton step, then Tuckerman's test of both neighbours.
 float exact_sqrt(float x) {
     float s = sqrt(x);
     if (DRIVER_SQRT_EXACT || x == 0.0) return s;

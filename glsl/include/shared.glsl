@@ -49,6 +49,9 @@ const float DETERMINANT_FLOOR = 7.52316384526264e-37;
 // Coordinates below this magnitude (2^-100) count as zero: differences of coordinates are then zero or
 // normal numbers. The loader applies it to vertices, the ray generators to origins.
 const float COORDINATE_FLOOR = 7.888609052210118e-31;
+// Smallest argument of exact_sqrt but 0 (2^-78): the residual of its root is then a multiple of 2^-126, not a
+// denormal number. Squared distances below it count as zero.
+const float SQRT_FLOOR = 3.308722450212111e-24;
 // Rays leave a surface this far along its normal, relative to the largest coordinate of the triangle:
 // 16 rounding errors of the interpolated point and of the next intersection. 2^-19.
 const float SURFACE_OFFSET = 1.9073486328125e-6;

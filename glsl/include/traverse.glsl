@@ -52,6 +52,7 @@ void traverse(Nodes nodes, Triangles triangles, Ray ray, BoxRay box, Shear shear
             vec2 span0 = box_span(box, vec3(node.x.x, node.y.x, node.z.x), vec3(node.x.y, node.y.y, node.z.y), ray.t_min, hit.t);
             vec2 span1 = box_span(box, vec3(node.x.z, node.y.z, node.z.z), vec3(node.x.w, node.y.w, node.z.w), ray.t_min, hit.t);
             bool hit0 = span0.x <= span0.y, hit1 = span1.x <= span1.y;
+#ifdef CPU_LANES
             if (hit0 || hit1) {
                 bool second = hit1 && (!hit0 || span1.x < span0.x);
                 cursor.link = second ? node.child.y : node.child.x;
@@ -59,6 +60,15 @@ void traverse(Nodes nodes, Triangles triangles, Ray ray, BoxRay box, Shear shear
                     stack[cursor.depth] = second ? node.child.x : node.child.y;
                     cursor.depth += 1u;
                 }
+#else // 1.05x on an H100 against the above, which is 1.05x on lavapipe 25 against this
+            if (hit0 && hit1) {
+                bool second = span1.x < span0.x;
+                cursor.link = second ? node.child.y : node.child.x;
+                stack[cursor.depth] = second ? node.child.x : node.child.y;
+                cursor.depth += 1u;
+            } else if (hit0 || hit1) {
+                cursor.link = hit0 ? node.child.x : node.child.y;
+#endif
             } else {
                 cursor.link = pop(cursor);
             }

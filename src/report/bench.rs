@@ -16,7 +16,7 @@ use crate::scene::tables::Tables;
 use crate::trace::digest::{hit_count, hits_digest};
 use crate::trace::{Geometry, Query, Stream, Tracer, TracerOptions};
 use crate::twin;
-use crate::vulkan::{DeviceKind, Gpu, Place};
+use crate::vulkan::{Buffer, DeviceKind, Gpu, Place};
 
 /// A GPU is kept busy this long before it is timed, because its clock is low after idling.
 const WARM_UP_SECONDS: f64 = 0.5;
@@ -214,25 +214,42 @@ impl<'a> GpuBench<'a> {
         (self.gpu.info().limits.storage_buffer_range / size_of::<Ray>() as u64) as usize
     }
 
-    fn repeat(&self, kind: RayKind, rays: &[Ray], times: usize) -> Result<(f64, f64)> {
-        let (mut device, mut wall) = (0.0, 0.0);
-        for rays in rays.chunks(self.most_rays()) {
-            let buffer = self.gpu.upload("rays", rays)?;
-            let hits = self.gpu.buffer("hits", (rays.len() * size_of::<Hit>()) as u64, Place::Device)?;
-            let mut stream = Stream::new(self.gpu);
-            let start = Instant::now();
-            for _ in 0..times {
-                let buffers = (&buffer, &hits, None);
-                self.tracer.trace(&mut stream, "trace", kind.query(), buffers, rays.len() as u32)?;
+    /// Uploads rays, in parts that fit a binding, with room for their hits.
+    fn batches(&self, rays: &[Ray]) -> Result<Vec<Batch>> {
+        let batch = |rays: &[Ray]| {
+            Ok(Batch {
+                rays: self.gpu.upload("rays", rays)?,
+                hits: self.gpu.buffer("hits", size_of::<Hit>() as u64 * rays.len() as u64, Place::Device)?,
+                count: rays.len() as u32,
+            })
+        };
+        rays.chunks(self.most_rays()).map(batch).collect()
+    }
+
+    /// Seconds of one trace of all batches, the mean of `times` in one submission: on the device's clock, and
+    /// on the host's.
+    fn repeat(&self, query: Query, batches: &[Batch], times: usize) -> Result<(f64, f64)> {
+        let mut stream = Stream::new(self.gpu);
+        let start = Instant::now();
+        for _ in 0..times {
+            for batch in batches {
+                self.tracer.trace(&mut stream, "trace", query, (&batch.rays, &batch.hits, None), batch.count)?;
             }
-            stream.finish()?;
-            wall += start.elapsed().as_secs_f64();
-            device += stream.take_seconds().values().sum::<f64>();
         }
+        stream.finish()?;
+        let wall = start.elapsed().as_secs_f64();
+        let device: f64 = stream.take_seconds().values().sum();
         // Drivers without timestamps leave the host's clock.
         let device = if device > 0.0 { device } else { wall };
         Ok((device / times as f64, wall / times as f64))
     }
+}
+
+/// Rays on the device.
+struct Batch {
+    rays: Buffer,
+    hits: Buffer,
+    count: u32,
 }
 
 impl Bench for GpuBench<'_> {
@@ -255,16 +272,17 @@ impl Bench for GpuBench<'_> {
     }
 
     fn time(&mut self, kind: RayKind, rays: &[Ray], runs: usize) -> Result<(Vec<f64>, Vec<f64>)> {
-        let (mut once, _) = self.repeat(kind, rays, 1)?;
+        let (query, batches) = (kind.query(), self.batches(rays)?);
+        let (mut once, _) = self.repeat(query, &batches, 1)?;
         let mut times = 1;
         if self.gpu.info().kind != DeviceKind::Cpu && !rays.is_empty() {
             let start = Instant::now();
             while start.elapsed().as_secs_f64() < WARM_UP_SECONDS {
                 times = ((RUN_SECONDS / once.max(1e-9)).ceil() as usize).clamp(1, 1000);
-                (once, _) = self.repeat(kind, rays, times)?;
+                (once, _) = self.repeat(query, &batches, times)?;
             }
         }
-        let runs: Vec<(f64, f64)> = (0..runs).map(|_| self.repeat(kind, rays, times)).collect::<Result<_>>()?;
+        let runs: Vec<(f64, f64)> = (0..runs).map(|_| self.repeat(query, &batches, times)).collect::<Result<_>>()?;
         Ok(runs.into_iter().unzip())
     }
 }

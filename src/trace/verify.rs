@@ -17,8 +17,8 @@ const MANTISSAS: u32 = 1 << 23;
 const RCP_EXPONENTS: [u32; 5] = [2, 126, 127, 128, 251];
 
 /// Likewise for square roots, in pairs because the root's mantissa depends on the exponent's parity:
-/// 2^-100 (see `exact_sqrt`), around 1, and the largest.
-const SQRT_EXPONENTS: [u32; 6] = [27, 28, 126, 127, 253, 254];
+/// [`SQRT_FLOOR`], around 1, and the largest.
+const SQRT_EXPONENTS: [u32; 6] = [49, 50, 126, 127, 253, 254];
 
 /// Comparison of one thing on a device and on the twin.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -27,7 +27,7 @@ fn arrival(light: &Light, point: Vec3) -> Arrival {
     }
     let to = Vec3::from(light.position) - point;
     let distance2 = dot3(to, to);
-    if distance2 < COORDINATE_FLOOR {
+    if distance2 < SQRT_FLOOR {
         return Arrival { direction: Vec3::ZERO, distance: 0.0, irradiance: Vec3::ZERO };
     }
     let distance = exact_sqrt(distance2);
