@@ -59,7 +59,8 @@ fn lamp(builder: &mut Builder) {
     let warm = [1.0, 0.86, 0.68];
     let glow = builder.material(
         "lamp",
-        Material { base_color: [0.9, 0.9, 0.9], emissive: warm.map(|c| 4.0 * c), ..Material::default() },
+        // Black but for its glow: the light hangs so near that any reflection of it would be a firefly.
+        Material { base_color: [0.0; 3], emissive: warm.map(|c| 4.0 * c), ..Material::default() },
     );
     let panel = Frame::at(Vec3::new(0.0, HEIGHT - 0.015, 0.0));
     let [x, z] = HALF;
