@@ -4,22 +4,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a panic is how a test fails")]
 
+mod common;
+
 use caribou::Error;
 use caribou::vulkan::{Buffer, Gpu, GpuOptions, Kernel, Place, list_devices};
-
-/// `None`: skipped.
-fn open(validate: bool) -> Option<Gpu> {
-    match Gpu::open(&GpuOptions { device: None, validate }) {
-        Ok(gpu) => Some(gpu),
-        Err(error) if std::env::var_os("CARIBOU_REQUIRE_VULKAN").is_some_and(|value| value != "0") => {
-            panic!("CARIBOU_REQUIRE_VULKAN is set, but: {error}")
-        }
-        Err(error) => {
-            eprintln!("SKIPPED: {error}");
-            None
-        }
-    }
-}
+use common::open;
 
 /// Input and output of [`Kernel::ProbeLoop`].
 fn loop_buffers(gpu: &Gpu, steps: u32, groups: u32) -> (Buffer, Buffer) {

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 
 use super::input::{DeviceArguments, SceneArguments};
 use super::output;
-use crate::atomic_file::{check_writable, write_atomically};
+use crate::atomic_file::check_writable;
 use crate::render::rays::RayKind;
 use crate::render::settings::Settings;
 use crate::report::bench::{Bench as Bencher, GpuBench, Outcome, Report, TwinBench, measure};
@@ -83,7 +83,7 @@ impl Bench {
     pub fn run(&self) -> Result<()> {
         let report = self.measure()?;
         if let Some(path) = &self.json {
-            write_json(path, &report)?;
+            output::write_json(path, &report)?;
         }
         if self.quiet || self.json.as_ref().is_some_and(|path| path.as_os_str() == "-") {
             return Ok(());
@@ -162,15 +162,6 @@ impl Bench {
         }
         Ok(())
     }
-}
-
-/// Writes a report to a file, or to standard output for `-`.
-pub fn write_json(path: &std::path::Path, report: &impl serde::Serialize) -> Result<()> {
-    if path.as_os_str() == "-" {
-        return output::print_json(report);
-    }
-    let text = output::json(report) + "\n";
-    write_atomically(path, |file| std::io::Write::write_all(file, text.as_bytes()).map_err(Error::io("write", path)))
 }
 
 fn table(report: &Report) -> String {

@@ -1,7 +1,9 @@
 //! Text out: a reader that goes away early (`caribou info | head`) is no error.
 
 use std::io::Write;
+use std::path::Path;
 
+use crate::atomic_file::write_atomically;
 use crate::{Error, Result};
 
 /// Prints to standard output.
@@ -24,6 +26,15 @@ pub fn print_json(value: &impl serde::Serialize) -> Result<()> {
 pub fn json(value: &impl serde::Serialize) -> String {
     // Cannot fail: the reports are structs of numbers, texts and lists, with texts as keys.
     serde_json::to_string_pretty(value).unwrap_or_default()
+}
+
+/// Writes a report to a file, or to standard output for `-`.
+pub fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<()> {
+    if path.as_os_str() == "-" {
+        return print_json(report);
+    }
+    let text = json(report) + "\n";
+    write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(Error::io("write", path)))
 }
 
 /// Prints a warning.

@@ -7,7 +7,6 @@ use std::time::Instant;
 
 use clap::Args;
 
-use super::bench::write_json;
 use super::input::{DeviceArguments, LightArguments, Prepared, SceneArguments};
 use super::memory::check_picture;
 use super::output;
@@ -236,7 +235,7 @@ impl Render {
 
     fn tell(&self, report: &Report) -> Result<()> {
         if let Some(path) = &self.json {
-            write_json(path, report)?;
+            output::write_json(path, report)?;
         }
         if self.quiet || self.json.as_ref().is_some_and(|path| path.as_os_str() == "-") {
             return Ok(());

@@ -10,13 +10,19 @@ use caribou::scene::{self, Scene};
 use caribou::trace::{Geometry, Query, Stream, Tracer, TracerOptions};
 use caribou::vulkan::{Gpu, GpuOptions, Place};
 
-/// The Vulkan device to test on, with validation where the layer is installed. Skips aloud without a
-/// driver, unless `CARIBOU_REQUIRE_VULKAN` forbids it.
+/// The Vulkan device to test on, without validation.
 pub fn gpu() -> Option<Gpu> {
+    open(false)
+}
+
+/// As [`gpu`], with validation if wanted. Skips aloud without a driver, unless `CARIBOU_REQUIRE_VULKAN` forbids it.
+pub fn open(validate: bool) -> Option<Gpu> {
     let device = std::env::var("CARIBOU_DEVICE").ok();
-    match Gpu::open(&GpuOptions { device, validate: false }) {
+    match Gpu::open(&GpuOptions { device, validate }) {
         Ok(gpu) => Some(gpu),
-        Err(error) if std::env::var_os("CARIBOU_REQUIRE_VULKAN").is_some() => panic!("{error}"),
+        Err(error) if std::env::var_os("CARIBOU_REQUIRE_VULKAN").is_some_and(|value| value != "0") => {
+            panic!("CARIBOU_REQUIRE_VULKAN is set, but: {error}")
+        }
         Err(error) => {
             eprintln!("SKIPPED: {error}");
             None
