@@ -1,4 +1,4 @@
-//! Speeds side by side, as ratios in one run: strategy `direct` on the Vulkan device, the CPU twin, and the
+//! Speeds side by side, as ratios in one run: the strategies on the Vulkan device, the CPU twin, and the
 //! traversal of the library that builds the BVH. By CPU seconds of the process, so that a software driver's
 //! threads count and other programs do not; a GPU is judged by `caribou bench` instead.
 //!
@@ -6,13 +6,13 @@
 
 use std::time::Duration;
 
-use caribou::bvh::{Bvh, Quality};
+use caribou::bvh::{Bvh, Policy, Quality};
 use caribou::layout::{Hit, Ray};
 use caribou::render::rays::{RayKind, twin_rays};
 use caribou::render::settings::Settings;
 use caribou::scene::tables::Tables;
 use caribou::scene::{self, Scene};
-use caribou::trace::{Geometry, Query, Stream, Tracer, TracerOptions};
+use caribou::trace::{MachineOptions, Query, RayBuffers, Strategy, Stream, Tracer, TracerOptions};
 use caribou::twin;
 use caribou::vulkan::{Gpu, GpuOptions, Place};
 use cpu_time::ProcessTime;
@@ -20,7 +20,7 @@ use obvhs::BvhBuildParams;
 use obvhs::bvh2::builder::build_bvh2_from_tris;
 use rayon::prelude::*;
 
-/// Rounds; each times all three, so that a change of the machine's speed meets all alike.
+/// Rounds; each times all, so that a change of the machine's speed meets all alike.
 const ROUNDS: usize = 7;
 
 fn main() {
@@ -32,10 +32,7 @@ fn main() {
     let bvh = Bvh::build(&scene.positions, Quality::default()).unwrap_or_else(|error| panic!("{error}"));
     let gpu = Gpu::open(&GpuOptions::default()).map_err(|error| eprintln!("SKIPPED Vulkan: {error}")).ok();
     println!("{}: {} triangles", scene.name, scene.positions.len());
-    println!(
-        "{:<9} {:>10} {:>12} {:>12} {:>12}   Mrays per CPU-second, medians of {ROUNDS}",
-        "rays", "count", "direct", "twin", "obvhs"
-    );
+    println!("medians of {ROUNDS} rounds");
     for kind in [RayKind::Primary, RayKind::Diffuse] {
         compare(kind, &scene, &bvh, gpu.as_ref());
     }
@@ -43,24 +40,51 @@ fn main() {
 
 fn compare(kind: RayKind, scene: &Scene, bvh: &Bvh, gpu: Option<&Gpu>) {
     let rays = rays(kind, scene, bvh);
-    let mut library = library(scene, &rays);
-    let mut direct = gpu.map(|gpu| direct(gpu, bvh, &rays));
-    let mut seconds: [Vec<f64>; 3] = Default::default();
+    let mut contestants: Vec<(String, Box<dyn FnMut() + '_>)> = vec![
+        ("twin".to_owned(), Box::new(|| drop(twin::trace::trace_closest(bvh, &rays)))),
+        ("obvhs".to_owned(), Box::new(library(scene, &rays))),
+    ];
+    for (name, options) in gpu.iter().flat_map(|_| strategies()) {
+        contestants.extend(gpu.map(|gpu| (name, Box::new(on_device(gpu, bvh, &rays, &options)) as Box<dyn FnMut()>)));
+    }
+    let mut seconds: Vec<Vec<f64>> = vec![Vec::new(); contestants.len()];
     for round in 0..=ROUNDS {
-        let times = [
-            direct.as_mut().map_or(f64::NAN, cpu_seconds),
-            cpu_seconds(|| drop(twin::trace::trace_closest(bvh, &rays))),
-            cpu_seconds(&mut library),
-        ];
-        // The first round warms up.
-        if round > 0 {
-            seconds.iter_mut().zip(times).for_each(|(all, time)| all.push(time));
+        for ((_, contestant), seconds) in contestants.iter_mut().zip(&mut seconds) {
+            let time = cpu_seconds(contestant);
+            // The first round warms up.
+            if round > 0 {
+                seconds.push(time);
+            }
         }
     }
-    let rate = |k: usize| rays.len() as f64 * 1e-6 / median(seconds[k].clone());
-    let ratio = |a: usize, b: usize| median(seconds[a].iter().zip(&seconds[b]).map(|(a, b)| b / a).collect());
-    println!("{:<9} {:>10} {:>12.3} {:>12.3} {:>12.3}", kind.name(), rays.len(), rate(0), rate(1), rate(2));
-    println!("          direct / twin {:.3}, twin / obvhs {:.3}", ratio(0, 1), ratio(1, 2));
+    println!("{}, {} rays", kind.name(), rays.len());
+    for ((name, _), times) in contestants.iter().zip(&seconds) {
+        let rate = rays.len() as f64 * 1e-6 / median(times.clone());
+        let cost = |other: usize| median(times.iter().zip(&seconds[other]).map(|(a, b)| a / b).collect());
+        let against: Vec<String> = contestants
+            .iter()
+            .enumerate()
+            .filter(|(_, (other, _))| other != name && ["twin", "obvhs", "direct"].contains(&other.as_str()))
+            .map(|(k, (other, _))| format!("{:.3} x {other}", cost(k)))
+            .collect();
+        println!("  {name:<22} {rate:>9.3} Mrays per CPU-second; cost {}", against.join(", "));
+    }
+}
+
+/// The strategies that are compared, with the cuts of interest.
+fn strategies() -> Vec<(String, TracerOptions)> {
+    let with = |strategy, partition| TracerOptions {
+        strategy,
+        machine: MachineOptions { partition, ..MachineOptions::default() },
+        ..TracerOptions::default()
+    };
+    let migrate = |kib: u64| (format!("migrate bytes:{kib}KiB"), with(Strategy::Migrate, Policy::Bytes(kib << 10)));
+    vec![
+        ("direct".to_owned(), with(Strategy::Direct, Policy::default())),
+        ("persistent".to_owned(), with(Strategy::Persistent, Policy::default())),
+        migrate(512),
+        migrate(64),
+    ]
 }
 
 fn rays(kind: RayKind, scene: &Scene, bvh: &Bvh) -> Vec<Ray> {
@@ -79,9 +103,9 @@ fn rays(kind: RayKind, scene: &Scene, bvh: &Bvh) -> Vec<Ray> {
 }
 
 /// Traces all rays on the device.
-fn direct<'a>(gpu: &'a Gpu, bvh: &Bvh, rays: &[Ray]) -> impl FnMut() + use<'a> {
+fn on_device<'a>(gpu: &'a Gpu, bvh: &Bvh, rays: &[Ray], options: &TracerOptions) -> impl FnMut() + use<'a> {
     let run = || -> caribou::Result<_> {
-        let tracer = Tracer::new(gpu, Geometry::upload(gpu, bvh)?, TracerOptions::default())?;
+        let tracer = Tracer::new(gpu, bvh, options, rays.len() as u32)?;
         let hits = gpu.buffer("hits", (rays.len() * size_of::<Hit>()) as u64, Place::Device)?;
         Ok((tracer, gpu.upload("rays", rays)?, hits))
     };
@@ -89,8 +113,8 @@ fn direct<'a>(gpu: &'a Gpu, bvh: &Bvh, rays: &[Ray]) -> impl FnMut() + use<'a> {
     let count = rays.len() as u32;
     move || {
         let mut stream = Stream::new(gpu);
-        let traced = tracer.trace(&mut stream, "trace", Query::Closest, (&buffer, &hits, None), count);
-        traced.and_then(|()| stream.finish()).unwrap_or_else(|error| panic!("{error}"));
+        let traced = tracer.trace(&mut stream, "trace", Query::Closest, &RayBuffers::new(&buffer, &hits), count);
+        traced.and_then(|_| stream.finish()).unwrap_or_else(|error| panic!("{error}"));
     }
 }
 

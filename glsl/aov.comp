@@ -13,13 +13,16 @@ void main() {
     if (i >= push.count) return;
     Ray ray = rays[i];
     Hit hit = hits[i];
-    float steps = float(counters[i].node_visits);
-    if (ray.t_max < ray.t_min || hit.prim == NO_HIT) {
-        aovs[i] = AovPixel(vec3(0.0), Z_NOTHING, vec3(0.0), NO_HIT, vec3(0.0), steps);
-        return;
+    RayCounters counted = counters[i];
+    AovPixel pixel = AovPixel(vec3(0.0), Z_NOTHING, vec3(0.0), NO_HIT, vec3(0.0), float(counted.node_visits),
+                              float(counted.migrations), float(counted.subtrees), 0u, 0u);
+    if (ray.t_max >= ray.t_min && hit.prim != NO_HIT) {
+        Surface s = surface_at(ray, hit);
+        pixel.normal = s.normal;
+        pixel.albedo = s.color;
+        pixel.prim = hit.prim;
+        pixel.position = ray.origin + ray.direction * hit.t;
+        pixel.z = dot3(pixel.position - frame.camera_origin, frame.camera_forward);
     }
-    Surface s = surface_at(ray, hit);
-    vec3 position = ray.origin + ray.direction * hit.t;
-    float z = dot3(position - frame.camera_origin, frame.camera_forward);
-    aovs[i] = AovPixel(s.normal, z, s.color, hit.prim, position, steps);
+    aovs[i] = pixel;
 }

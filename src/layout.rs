@@ -16,7 +16,7 @@ macro_rules! shared {
         $(
             $(#[$about])*
             #[repr(C)]
-            #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+            #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
             pub struct $name { $($(#[$field_about])* pub $field: $kind,)* }
 
             impl Shared for $name {
@@ -58,12 +58,107 @@ shared! {
         v: f32,
     }
 
-    /// What one ray did in the tree.
+    /// What one ray did in the tree. The first four are the same in all strategies; strategies without
+    /// subtrees leave the others at 0.
     struct RayCounters {
-        /// Nodes fetched.
+        /// Nodes fetched and their two boxes tested, those of the top tree among them.
         node_visits: u32,
         /// Triangles tested.
         triangle_tests: u32,
+        /// Leaves entered.
+        leaf_visits: u32,
+        /// Links put off and taken up again, those of the top tree among them.
+        stack_operations: u32,
+        /// Of the node visits, those in the top tree.
+        top_visits: u32,
+        /// Of the stack operations, those in the top tree.
+        top_stack_operations: u32,
+        /// Steps from a node to its parent, to take up a link of the top tree.
+        climbs: u32,
+        /// Subtrees entered.
+        subtrees: u32,
+        /// Times that the next subtree had another owner.
+        migrations: u32,
+        /// Times that it had the same owner, and no queue was needed.
+        bypasses: u32,
+        /// Times that the ray was left where it stood because the invocation had taken its quota of steps.
+        suspensions: u32,
+        /// Zero.
+        pad: u32,
+    }
+
+    /// Where a ray stands in the tree, 16 bytes. With the ray (32) and its hit so far (16) it makes the record
+    /// of 64 bytes that travels; the ray itself never changes, so a move writes 32.
+    struct Travel {
+        /// Levels at which the other child is pending; see `glsl/include/trail.glsl`.
+        trail: [u32; 2],
+        /// The link to follow next in the whole tree; [`crate::shared::LINK_DONE`] when there is none.
+        link: u32,
+        /// The subtree that the ray is in or queued for; [`crate::shared::LINK_DONE`] after its end.
+        subtree: u32,
+    }
+
+    /// A ray in a queue, 8 bytes.
+    struct QueueEntry {
+        /// Index of the ray.
+        ray: u32,
+        /// The subtree whose queue it is; [`crate::shared::LINK_DONE`] when the ray has ended.
+        subtree: u32,
+    }
+
+    /// What became of a queue entry in a round; written on request.
+    struct Visit {
+        /// Index of the ray.
+        ray: u32,
+        /// The subtree whose queue it was in.
+        subtree: u32,
+        /// The subtree that it goes on to through a queue; [`crate::shared::LINK_DONE`] when it ended.
+        next: u32,
+        /// 1 if the entry's turn came before the quota of steps was spent.
+        taken: u32,
+        /// What the ray did in this round.
+        counted: RayCounters,
+    }
+
+    /// Entries that the queue kernels go through, and how many workgroups that takes: arguments of indirect
+    /// dispatches.
+    struct Batch {
+        /// Entries, among them those of rays that ended.
+        count: u32,
+        /// Entries that an invocation of the queue kernels goes through.
+        strip: u32,
+        /// Workgroups of the queue kernels.
+        tiles: u32,
+        /// 1.
+        tiles_y: u32,
+        /// 1.
+        tiles_z: u32,
+        /// Workgroups of the migration kernel: one an SM, or none if no ray is active.
+        sms: u32,
+        /// 1.
+        sms_y: u32,
+        /// 1.
+        sms_z: u32,
+    }
+
+    /// Sums over a round, for the conservation checks.
+    struct Round {
+        /// Entries in queues when it began.
+        queued: u32,
+        /// Entries taken from queues.
+        taken: u32,
+        /// Entries put in queues for the next round, those not taken not among them.
+        pushed: u32,
+        /// Rays that ended.
+        ended: u32,
+        /// Records that were not where they should be: ended before, or in another queue.
+        faults: u32,
+        /// Zero.
+        pad0: u32,
+        /// Zero.
+        pad1: u32,
+        /// Zero.
+        pad2: u32,
     }
 
     /// Two-child node, 64 bytes: the boxes of both children and where they are. Each axis holds
@@ -78,8 +173,10 @@ shared! {
         z: [f32; 4],
         /// Links of both children; see [`crate::shared::LEAF_BIT`] for the encoding.
         child: [u32; 2],
-        /// Zero.
-        pad: [u32; 2],
+        /// Index of the parent; the root's own.
+        parent: u32,
+        /// Inner nodes above this one.
+        level: u32,
     }
 
     /// Triangle, 48 bytes, in traversal order: a leaf's triangles are adjacent.
@@ -96,6 +193,18 @@ shared! {
         v2: [f32; 3],
         /// Zero.
         pad2: u32,
+    }
+
+    /// A part of the tree that one SM owns, 16 bytes.
+    struct Subtree {
+        /// Link of its root in the whole tree: a node or a leaf.
+        root: u32,
+        /// Index in the top tree of the node above it.
+        parent: u32,
+        /// Inner nodes above its root.
+        level: u32,
+        /// The SM that traverses it.
+        owner: u32,
     }
 
     /// A path in flight: one sample of one pixel.
@@ -238,6 +347,14 @@ shared! {
         position: [f32; 3],
         /// Nodes visited by the camera ray.
         steps: f32,
+        /// Times that it went to another SM.
+        migrations: f32,
+        /// Subtrees that it entered.
+        subtrees: f32,
+        /// Zero.
+        pad0: u32,
+        /// Zero.
+        pad1: u32,
     }
 
     /// Push constants of the trace kernels.
@@ -258,7 +375,57 @@ shared! {
         resume: u32,
     }
 
-    /// Push constants of all other kernels.
+    /// Push constants of the kernels of strategy `migrate`.
+    struct MigratePush {
+        /// Address of the nodes.
+        nodes: [u32; 2],
+        /// Address of the triangles.
+        triangles: [u32; 2],
+        /// Low corner of the scene.
+        scene_low: [f32; 3],
+        /// Index of the first ray.
+        first: u32,
+        /// High corner of the scene.
+        scene_high: [f32; 3],
+        /// Rays to trace.
+        count: u32,
+        /// Address of the top tree's nodes.
+        top: [u32; 2],
+        /// Address of their indices in the whole tree.
+        places: [u32; 2],
+        /// Address of the subtrees.
+        subtrees: [u32; 2],
+        /// Address of where each SM's entries begin in the queue.
+        shares: [u32; 2],
+        /// Address of what becomes of each queue entry.
+        visits: [u32; 2],
+        /// Address of the entries taken so far from each SM's queues, where SM numbers are the hardware's.
+        taken_of_sm: [u32; 2],
+        /// Where a walk of the top tree begins.
+        root: u32,
+        /// Index of the round in the round sums.
+        round: u32,
+        /// Which of the two batches is the queue's.
+        parity: u32,
+        /// SMs.
+        sms: u32,
+        /// Invocations of an SM.
+        lanes: u32,
+    }
+
+    /// Push constants of the queue kernels.
+    struct QueuePush {
+        /// Which of the two batches is sorted.
+        parity: u32,
+        /// Bits of the subtree's index below the digit.
+        shift: u32,
+        /// Index of the round in the round sums.
+        round: u32,
+        /// SMs.
+        sms: u32,
+    }
+
+    /// Push constants of the kernels of a picture's stages.
     struct StagePush {
         /// Tile-order index of the batch's first path.
         first: u32,
@@ -278,6 +445,21 @@ impl Ray {
     /// Whether the ray is to be traced.
     pub fn is_live(&self) -> bool {
         self.t_max >= self.t_min
+    }
+}
+
+impl std::ops::AddAssign for RayCounters {
+    fn add_assign(&mut self, more: RayCounters) {
+        let sums: &mut [u32] = bytemuck::cast_slice_mut(std::slice::from_mut(self));
+        let more: &[u32] = bytemuck::cast_slice(std::slice::from_ref(&more));
+        sums.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+    }
+}
+
+impl Visit {
+    /// Of an entry whose turn did not come.
+    pub fn waiting(entry: QueueEntry) -> Visit {
+        Visit { ray: entry.ray, subtree: entry.subtree, next: entry.subtree, ..Visit::default() }
     }
 }
 

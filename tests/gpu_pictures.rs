@@ -3,7 +3,7 @@
 
 mod common;
 
-use caribou::bvh::{Bvh, Quality};
+use caribou::bvh::{Bvh, Policy, Quality};
 use caribou::render::features::{Features, Indirect};
 use caribou::render::picture::{Picture, Request, picture};
 use caribou::render::settings::Settings;
@@ -11,6 +11,7 @@ use caribou::report::verify::verify_rays;
 use caribou::scene::builtin::BUILTINS;
 use caribou::scene::tables::Tables;
 use caribou::scene::{Scene, load_slice, select_camera};
+use caribou::trace::{MachineOptions, Strategy, TracerOptions};
 use caribou::vulkan::Gpu;
 
 fn settings(bvh: &Bvh) -> Settings {
@@ -26,13 +27,20 @@ fn settings(bvh: &Bvh) -> Settings {
     }
 }
 
-fn render(gpu: Option<&Gpu>, scene: &Scene, indirect: Option<Indirect>, transparent: bool) -> Picture {
+fn render(
+    gpu: Option<&Gpu>,
+    scene: &Scene,
+    strategy: Strategy,
+    (indirect, transparent): (Option<Indirect>, bool),
+) -> Picture {
     let bvh = Bvh::build(&scene.positions, Quality::default()).unwrap();
     let tables = Tables::new(scene);
     let camera = select_camera(scene, None).unwrap();
     let features = Features::of(scene, indirect);
     let settings = Settings { transparent, ..settings(&bvh) };
-    let request = Request { bvh: &bvh, tables: &tables, camera: &camera, settings, features, aovs: true };
+    let machine = MachineOptions { partition: Policy::Bytes(16 << 10), ..MachineOptions::default() };
+    let tracing = TracerOptions { strategy, machine, ..TracerOptions::default() };
+    let request = Request { bvh: &bvh, tables: &tables, camera: &camera, settings, features, aovs: true, tracing };
     picture(gpu, &request, &mut |_| {}).unwrap()
 }
 
@@ -45,12 +53,26 @@ fn scenes() -> Vec<(String, Scene)> {
 fn gpu_pictures_equal_the_twins() {
     let Some(gpu) = common::gpu() else { return };
     for (name, scene) in scenes() {
-        for (indirect, transparent) in [(None, false), (Some(Indirect::Ao), true), (Some(Indirect::None), false)] {
-            let [device, twin] = [Some(&gpu), None].map(|gpu| render(gpu, &scene, indirect, transparent));
-            assert_eq!(device.film.differing_pixels(&twin.film), 0, "{name}, {indirect:?}");
-            assert_eq!(device.rays, twin.rays, "{name}, {indirect:?}: rays by kind");
+        for light in [(None, false), (Some(Indirect::Ao), true), (Some(Indirect::None), false)] {
+            let [device, twin] = [Some(&gpu), None].map(|gpu| render(gpu, &scene, Strategy::Direct, light));
+            assert_eq!(device.film.differing_pixels(&twin.film), 0, "{name}, {light:?}");
+            assert_eq!(device.rays, twin.rays, "{name}, {light:?}: rays by kind");
             let lit = device.film.colors().iter().filter(|c| c[0] + c[1] + c[2] > 0.0).count();
-            assert!(lit > 67 * 45 / 20, "{name}, {indirect:?}: only {lit} pixels are not black");
+            assert!(lit > 67 * 45 / 20, "{name}, {light:?}: only {lit} pixels are not black");
+        }
+    }
+}
+
+#[test]
+fn gpu_pictures_are_the_same_with_all_strategies() {
+    let Some(gpu) = common::gpu() else { return };
+    for (name, scene) in scenes() {
+        let direct = render(None, &scene, Strategy::Direct, (None, false));
+        for strategy in [Strategy::Persistent, Strategy::Migrate] {
+            let [device, twin] = [Some(&gpu), None].map(|gpu| render(gpu, &scene, strategy, (None, false)));
+            assert_eq!(device.film.differing_pixels(&twin.film), 0, "{name}, {strategy:?}");
+            assert_eq!(device.film.colors(), direct.film.colors(), "{name}, {strategy:?}");
+            assert_eq!(device.rays, direct.rays, "{name}, {strategy:?}: rays by kind");
         }
     }
 }
@@ -77,9 +99,10 @@ fn gpu_pictures_do_not_depend_on_batches() {
     let bvh = common::bvh(&scene);
     let tables = Tables::new(&scene);
     let camera = select_camera(&scene, None).unwrap();
+    let tracing = TracerOptions::default();
     let settings = Settings { width: 500, height: 300, spp: 1, ..settings(&bvh) };
     let features = Features::of(&scene, None);
-    let request = Request { bvh: &bvh, tables: &tables, camera: &camera, settings, features, aovs: false };
+    let request = Request { bvh: &bvh, tables: &tables, camera: &camera, settings, features, aovs: false, tracing };
     let [device, twin] = [Some(&gpu), None].map(|gpu| picture(gpu, &request, &mut |_| {}).unwrap());
     assert_eq!(device.film.differing_pixels(&twin.film), 0);
 }

@@ -125,7 +125,7 @@ fn member_offset(module: &Module, id: u32, member: u32) -> Option<usize> {
     })
 }
 
-/// Size of a scalar or vector; what else there is in a shared struct would be a surprise.
+/// Size of a scalar, a vector, or a struct of them; what else there is in a shared struct would be a surprise.
 fn bytes(module: &Module, id: u32) -> usize {
     let this = module.types_global_values.iter().find(|i| i.result_id == Some(id)).unwrap();
     match this.class.opcode {
@@ -133,6 +133,11 @@ fn bytes(module: &Module, id: u32) -> usize {
         Op::TypeVector => {
             bytes(module, this.operands[0].unwrap_id_ref()) * this.operands[1].unwrap_literal_bit32() as usize
         }
+        Op::TypeStruct => (0..)
+            .zip(&this.operands)
+            .filter_map(|(k, member)| Some(member_offset(module, id, k)? + bytes(module, member.unwrap_id_ref())))
+            .max()
+            .unwrap_or(0),
         _ => 0,
     }
 }

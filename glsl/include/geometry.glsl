@@ -17,7 +17,7 @@ struct NodeWords {
     u64vec2 y;
     u64vec2 z;
     uint64_t child;
-    uint64_t pad;
+    uint64_t parent; // and level
 };
 struct TriangleWords {
     u64vec2 v0;
@@ -32,7 +32,7 @@ vec4 floats(u64vec2 words) { return uintBitsToFloat(uvec4(unpackUint2x32(words.x
 
 Node load_node(Nodes nodes, uint i) {
     NodeWords node = nodes.at[i];
-    return Node(floats(node.x), floats(node.y), floats(node.z), unpackUint2x32(node.child), uvec2(0u));
+    return Node(floats(node.x), floats(node.y), floats(node.z), unpackUint2x32(node.child), 0u, 0u);
 }
 
 Triangle load_triangle(Triangles triangles, uint i) {
@@ -47,4 +47,22 @@ layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Tr
 Node load_node(Nodes nodes, uint i) { return nodes.at[i]; }
 Triangle load_triangle(Triangles triangles, uint i) { return triangles.at[i]; }
 #endif
+
+// Parent and level of a node.
+uvec2 load_place(Nodes nodes, uint i) {
+#ifdef CPU_LANES
+    return unpackUint2x32(nodes.at[i].parent);
+#else
+    return uvec2(nodes.at[i].parent, nodes.at[i].level);
+#endif
+}
+
+// Links of a node's children.
+uvec2 load_children(Nodes nodes, uint i) {
+#ifdef CPU_LANES
+    return unpackUint2x32(nodes.at[i].child);
+#else
+    return nodes.at[i].child;
+#endif
+}
 #endif

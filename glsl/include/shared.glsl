@@ -15,8 +15,21 @@ const uint LEAF_FIRST_MASK = 0x07FFFFFFu;
 const uint LINK_DONE = 0xFFFFFFFFu;
 // Most triangles a leaf may hold.
 const uint MAX_LEAF_TRIANGLES = 8u;
-// Entries of the traversal stack; the builder refuses trees that need more.
+// Entries of the traversal stack, and bits of a trail; the builder makes no deeper trees.
 const uint STACK_SIZE = 64u;
+// In a step trace: one of the node's children was put off. Node indices are below it.
+const uint STEP_PUSHED = 0x40000000u;
+
+// Bits of a subtree's index that one pass of the queue sort goes by (glsl/include/queue.glsl).
+const uint DIGIT_BITS = 7u;
+// Values of a digit: 2^DIGIT_BITS.
+const uint DIGITS = 128u;
+// Most workgroups of the queue kernels: keeps the table of counts, DIGITS x this, short.
+const uint MOST_TILES = 512u;
+// Fewest entries that an invocation of the queue kernels goes through.
+const uint LEAST_STRIP = 16u;
+// Invocations of the prefix-sum kernel, which is one workgroup.
+const uint PREFIX_LANES = 256u;
 
 // Primitive id of a miss.
 const uint NO_HIT = 0xFFFFFFFFu;
@@ -144,7 +157,7 @@ const uint SPEC_RCP_EXACT = 1u;
 const uint SPEC_SQRT_EXACT = 2u;
 // The driver's fma rounds once.
 const uint SPEC_FMA_FUSED = 3u;
-// Loop iterations after which a trace kernel stops, 0 for no limit.
+// Steps after which an invocation of a trace kernel stops, 0 for no limit.
 const uint SPEC_STEP_LIMIT = 4u;
 // Count node visits and triangle tests.
 const uint SPEC_COUNT = 5u;
@@ -162,4 +175,10 @@ const uint SPEC_EMISSION = 10u;
 const uint SPEC_UNLIT = 11u;
 // INDIRECT_NONE, INDIRECT_AO or INDIRECT_DIFFUSE.
 const uint SPEC_INDIRECT = 12u;
+// Queries are for any hit, not for the nearest.
+const uint SPEC_ANY_HIT = 13u;
+// Record step traces.
+const uint SPEC_RECORD = 14u;
+// Invocations a workgroup of the migration kernel.
+const uint SPEC_WORKGROUP = 15u;
 #endif

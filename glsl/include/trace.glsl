@@ -1,16 +1,17 @@
-// Body of the trace kernels: one invocation a ray, the whole tree (strategy `direct`).
+// What strategies `direct` and `persistent` do with a ray: its way through the whole tree.
 #ifndef TRACE_GLSL
 #define TRACE_GLSL
 #include "traverse.glsl"
-
-layout(local_size_x = 32) in;
+#include "trail.glsl"
 
 layout(set = 0, binding = 0, std430) readonly buffer Rays { Ray rays[]; };
 layout(set = 0, binding = 1, std430) buffer Hits { Hit hits[]; };
 layout(set = 0, binding = 2, std430) buffer Counters { RayCounters counters[]; };
-// Cursors and stacks of rays that ran into STEP_LIMIT: word w of ray i is at [w * count + i].
-layout(set = 0, binding = 3, std430) buffer Suspended { uint suspended[]; };
+// Where rays wait that ran into STEP_LIMIT.
+layout(set = 0, binding = 3, std430) buffer Travels { Travel travels[]; };
 layout(set = 0, binding = 4, std430) buffer Unfinished { uint unfinished; };
+layout(set = 0, binding = 5, std430) buffer NextRay { uint next_ray; };
+layout(set = 0, binding = 6, std430) readonly buffer StepStarts { uvec2 step_starts[]; };
 
 layout(push_constant, std430) uniform TracePush {
     uvec2 nodes;
@@ -22,38 +23,23 @@ layout(push_constant, std430) uniform TracePush {
     uint resume;
 } push;
 
-Cursor load_cursor(uint local) {
-    Cursor cursor = Cursor(suspended[local], suspended[push.count + local]);
-    for (uint k = 0u; k < cursor.depth; ++k) stack[k] = suspended[(k + 2u) * push.count + local];
-    return cursor;
-}
-
-void store_cursor(uint local, Cursor cursor) {
-    suspended[local] = cursor.link;
-    if (cursor.link == LINK_DONE) return;
-    suspended[push.count + local] = cursor.depth;
-    for (uint k = 0u; k < cursor.depth; ++k) suspended[(k + 2u) * push.count + local] = stack[k];
-    atomicAdd(unfinished, 1u);
-}
-
-void main() {
-    uint local = gl_GlobalInvocationID.x;
-    if (local >= push.count) return;
+// Traces ray push.first + local until it is done or `steps` reaches STEP_LIMIT. Its place is kept in
+// travels[slot], where `resuming` finds it again.
+void trace_ray(uint local, uint slot, bool resuming, inout uint steps) {
     uint i = push.first + local;
     Ray ray = rays[i];
-    bool resuming = STEP_LIMIT != 0u && push.resume != 0u;
     Cursor cursor = Cursor(0u, 0u);
     Hit hit = Hit(ray.t_max, NO_HIT, 0.0, 0.0);
-    RayCounters counted = RayCounters(0u, 0u);
+    RayCounters counted = NOTHING_COUNTED;
     if (resuming) {
-        cursor = load_cursor(local);
-        if (cursor.link == LINK_DONE) return;
+        cursor = cursor_of_trail(Nodes(push.nodes), 0u, travels[slot].link, travels[slot].trail);
         hit = hits[i];
         if (COUNT) counted = counters[i];
     }
+    if (RECORD) begin_steps(step_starts[i], NOTHING_COUNTED);
     if (ray.t_max >= ray.t_min) {
         BoxRay box = box_ray(ray, push.scene_low, push.scene_high);
-        traverse(Nodes(push.nodes), Triangles(push.triangles), ray, box, shear_of(ray.direction), cursor, hit, counted);
+        traverse(Nodes(push.nodes), Triangles(push.triangles), ray, box, shear_of(ray.direction), cursor, hit, counted, steps);
     } else {
         cursor.link = LINK_DONE;
     }
@@ -61,6 +47,13 @@ void main() {
     if (ANY_HIT && hit.prim != NO_HIT) hit = Hit(0.0, 0u, 0.0, 0.0);
     hits[i] = hit;
     if (COUNT) counters[i] = counted;
-    if (STEP_LIMIT != 0u) store_cursor(local, cursor);
+    if (STEP_LIMIT != 0u) {
+        uvec2 trail = uvec2(0u);
+        if (cursor.link != LINK_DONE) {
+            trail = trail_of_stack(Nodes(push.nodes), 0u, cursor, trail);
+            atomicAdd(unfinished, 1u);
+        }
+        travels[slot] = Travel(trail, cursor.link, local);
+    }
 }
 #endif

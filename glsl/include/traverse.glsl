@@ -1,5 +1,4 @@
-// The traversal core, nearest child first, short of nothing but the buffers. The includer defines ANY_HIT as
-// true or false.
+// The traversal core, nearest child first, short of nothing but the buffers. All strategies use it.
 //
 // GPUs go while-while (Aila and Laine 2009): a warp's lanes go down until each has a leaf, then test it whole.
 // With CPU_LANES (the `*_cpu.comp` kernels, for the 4 to 16 lanes of software drivers) it is if-if: each turn
@@ -10,10 +9,12 @@
 #include "geometry.glsl"
 #include "triangle.glsl"
 
-// Loop iterations after which an invocation stops, 0 for no limit: drivers exist that silently end every
-// loop after 65,535 iterations of an invocation.
+layout(constant_id = SPEC_ANY_HIT) const bool ANY_HIT = false;
+// Steps after which an invocation stops, 0 for no limit. A step is a node visit, a triangle test or an empty
+// leaf, so it is the same on all devices; no invocation takes more than three turns of any loop a step.
 layout(constant_id = SPEC_STEP_LIMIT) const uint STEP_LIMIT = 0u;
 layout(constant_id = SPEC_COUNT) const bool COUNT = false;
+#include "steps.glsl"
 
 #ifdef CPU_LANES
 #define TURN if
@@ -31,51 +32,57 @@ struct Cursor {
 };
 uint stack[STACK_SIZE];
 
-uint pop(inout Cursor cursor) {
+uint pop(inout Cursor cursor, inout RayCounters counters) {
     if (cursor.depth == 0u) return LINK_DONE;
     cursor.depth -= 1u;
+    if (COUNT) counters.stack_operations += 1u;
     return stack[cursor.depth];
 }
 
+bool is_node(uint link) { return (link & LEAF_BIT) == 0u; }
+
 bool spent(uint steps) { return STEP_LIMIT != 0u && steps >= STEP_LIMIT; }
 
+// A node is visited: links of the nearest child that the ray meets and of the other, or LINK_DONE.
+uvec2 met_children(Node node, BoxRay box, float t_min, float t_max) {
+    vec2 span0 = box_span(box, vec3(node.x.x, node.y.x, node.z.x), vec3(node.x.y, node.y.y, node.z.y), t_min, t_max);
+    vec2 span1 = box_span(box, vec3(node.x.z, node.y.z, node.z.z), vec3(node.x.w, node.y.w, node.z.w), t_min, t_max);
+    bool hit0 = span0.x <= span0.y, hit1 = span1.x <= span1.y;
+    bool second = hit1 && (!hit0 || span1.x < span0.x);
+    uint near = second ? node.child.y : node.child.x;
+    uint far = second ? node.child.x : node.child.y;
+    return uvec2(hit0 || hit1 ? near : LINK_DONE, hit0 && hit1 ? far : LINK_DONE);
+}
+
 // Runs until the tree is done, a hit is found (ANY_HIT) or STEP_LIMIT is spent; `cursor.link` tells:
-// LINK_DONE or where to go on.
+// LINK_DONE, or the node where to go on. It never stops at a leaf, which does not know its parent.
 void traverse(Nodes nodes, Triangles triangles, Ray ray, BoxRay box, Shear shear, inout Cursor cursor, inout Hit hit,
-              inout RayCounters counters) {
-    uint steps = 0u;
-    while (cursor.link != LINK_DONE && !spent(steps)) {
-        TURN ((cursor.link & LEAF_BIT) == 0u && !spent(steps)) {
+              inout RayCounters counters, inout uint steps) {
+    uint entered = cursor.link;
+    while (cursor.link != LINK_DONE && !(spent(steps) && is_node(cursor.link))) {
+        TURN (is_node(cursor.link) && !spent(steps)) {
             steps += 1u;
-            if (COUNT) counters.node_visits += 1u;
-            Node node = load_node(nodes, cursor.link);
-            vec2 span0 = box_span(box, vec3(node.x.x, node.y.x, node.z.x), vec3(node.x.y, node.y.y, node.z.y), ray.t_min, hit.t);
-            vec2 span1 = box_span(box, vec3(node.x.z, node.y.z, node.z.z), vec3(node.x.w, node.y.w, node.z.w), ray.t_min, hit.t);
-            bool hit0 = span0.x <= span0.y, hit1 = span1.x <= span1.y;
-#ifdef CPU_LANES
-            if (hit0 || hit1) {
-                bool second = hit1 && (!hit0 || span1.x < span0.x);
-                cursor.link = second ? node.child.y : node.child.x;
-                if (hit0 && hit1) {
-                    stack[cursor.depth] = second ? node.child.x : node.child.y;
-                    cursor.depth += 1u;
-                }
-#else // 1.05x on an H100 against the above, which is 1.05x on lavapipe 25 against this
-            if (hit0 && hit1) {
-                bool second = span1.x < span0.x;
-                cursor.link = second ? node.child.y : node.child.x;
-                stack[cursor.depth] = second ? node.child.x : node.child.y;
-                cursor.depth += 1u;
-            } else if (hit0 || hit1) {
-                cursor.link = hit0 ? node.child.x : node.child.y;
-#endif
-            } else {
-                cursor.link = pop(cursor);
+            uvec2 met = met_children(load_node(nodes, cursor.link), box, ray.t_min, hit.t);
+            bool both = met.y != LINK_DONE;
+            if (COUNT) {
+                counters.node_visits += 1u;
+                if (both) counters.stack_operations += 1u;
+                record_step(counters, cursor.link | (both ? STEP_PUSHED : 0u));
             }
+            if (both) {
+                stack[cursor.depth] = met.y;
+                cursor.depth += 1u;
+            }
+            cursor.link = met.x != LINK_DONE ? met.x : pop(cursor, counters);
+            entered = cursor.link;
         }
-        if ((cursor.link & LEAF_BIT) != 0u && cursor.link != LINK_DONE && !spent(steps)) {
+        if (!is_node(cursor.link) && cursor.link != LINK_DONE) {
             uint first = cursor.link & LEAF_FIRST_MASK;
             uint count = (cursor.link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK;
+            if (COUNT && cursor.link == entered) {
+                counters.leaf_visits += 1u;
+                record_step(counters, entered);
+            }
 #ifdef CPU_LANES
             if (count > 0u) {
                 intersect(ray, box, shear, load_triangle(triangles, first), hit);
@@ -89,11 +96,13 @@ void traverse(Nodes nodes, Triangles triangles, Ray ray, BoxRay box, Shear shear
             }
             bool done = true;
 #endif
-            steps += count;
+            steps += max(count, 1u);
             if (COUNT) counters.triangle_tests += count;
-            if (done) cursor.link = ANY_HIT && hit.prim != NO_HIT ? LINK_DONE : pop(cursor);
+            if (done) {
+                cursor.link = ANY_HIT && hit.prim != NO_HIT ? LINK_DONE : pop(cursor, counters);
+                entered = cursor.link;
+            }
         }
-        steps += 1u;
     }
 }
 #endif

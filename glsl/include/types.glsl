@@ -20,6 +20,63 @@ struct Hit {
 struct RayCounters {
     uint node_visits;
     uint triangle_tests;
+    uint leaf_visits;
+    uint stack_operations;
+    uint top_visits;
+    uint top_stack_operations;
+    uint climbs;
+    uint subtrees;
+    uint migrations;
+    uint bypasses;
+    uint suspensions;
+    uint pad;
+};
+const RayCounters NOTHING_COUNTED = RayCounters(0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u, 0u);
+
+// Where a ray stands in the tree. With the ray and its hit it makes the record of 64 bytes that travels.
+struct Travel {
+    uvec2 trail;
+    uint link;
+    uint subtree;
+};
+
+// A ray in a queue.
+struct QueueEntry {
+    uint ray;
+    uint subtree;
+};
+
+// What became of a queue entry in a round.
+struct Visit {
+    uint ray;
+    uint subtree;
+    uint next;
+    uint taken;
+    RayCounters counted;
+};
+
+// Entries that the queue kernels go through, and the workgroups that it takes.
+struct Batch {
+    uint count;
+    uint strip;
+    uint tiles;
+    uint tiles_y;
+    uint tiles_z;
+    uint sms;
+    uint sms_y;
+    uint sms_z;
+};
+
+// Sums over a round, for the conservation checks.
+struct Round {
+    uint queued;
+    uint taken;
+    uint pushed;
+    uint ended;
+    uint faults;
+    uint pad0;
+    uint pad1;
+    uint pad2;
 };
 
 struct Node {
@@ -27,7 +84,8 @@ struct Node {
     vec4 y;
     vec4 z;
     uvec2 child;
-    uvec2 pad;
+    uint parent;
+    uint level;
 };
 
 struct Triangle {
@@ -37,6 +95,14 @@ struct Triangle {
     uint pad1;
     vec3 v2;
     uint pad2;
+};
+
+// A part of the tree that one SM owns.
+struct Subtree {
+    uint root;
+    uint parent;
+    uint level;
+    uint owner;
 };
 
 // A path in flight: a pixel's sample.
@@ -122,5 +188,9 @@ struct AovPixel {
     uint prim;
     vec3 position;
     float steps;
+    float migrations;
+    float subtrees;
+    uint pad0;
+    uint pad1;
 };
 #endif

@@ -124,5 +124,5 @@ fn check_limits(positions: &[[Vec3; 3]]) -> Result<()> {
 pub(super) fn node(children: [((Vec3, Vec3), u32); 2]) -> Node {
     let [((low0, high0), link0), ((low1, high1), link1)] = children;
     let axis = |k: usize| [low0[k], high0[k], low1[k], high1[k]];
-    Node { x: axis(0), y: axis(1), z: axis(2), child: [link0, link1], pad: [0; 2] }
+    Node { x: axis(0), y: axis(1), z: axis(2), child: [link0, link1], parent: 0, level: 0 }
 }

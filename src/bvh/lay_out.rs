@@ -81,7 +81,7 @@ impl Layout<'_> {
         while let Some((part, level, parent)) = pending.pop() {
             let (link, children) = self.place(part, level);
             match parent {
-                Some((node, side)) => self.nodes[node as usize].child[side] = link,
+                Some((node, side)) => self.link(node, side, link, level),
                 None if link & LEAF_BIT != 0 => self.lone_leaf(link),
                 None => {}
             }
@@ -89,6 +89,14 @@ impl Layout<'_> {
                 pending.push((second, level + 1, Some((link, 1))));
                 pending.push((first, level + 1, Some((link, 0))));
             }
+        }
+    }
+
+    fn link(&mut self, parent: u32, side: usize, link: u32, level: usize) {
+        self.nodes[parent as usize].child[side] = link;
+        if link & LEAF_BIT == 0 {
+            let node = &mut self.nodes[link as usize];
+            (node.parent, node.level) = (parent, level as u32);
         }
     }
 

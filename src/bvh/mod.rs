@@ -3,6 +3,7 @@
 pub mod build;
 mod coincident;
 mod lay_out;
+pub mod partition;
 pub mod statistics;
 mod validate;
 
@@ -10,3 +11,4 @@ mod validate;
 mod tests;
 
 pub use build::{Bvh, Quality};
+pub use partition::{Owners, Partition, Policy};

@@ -77,7 +77,8 @@ pub fn child_bounds(node: &Node, side: usize) -> (Vec3, Vec3) {
     (Vec3::new(node.x[k], node.y[k], node.z[k]), Vec3::new(node.x[k + 1], node.y[k + 1], node.z[k + 1]))
 }
 
-fn half_area(low: Vec3, high: Vec3) -> f64 {
+/// Half the surface area of a box.
+pub(super) fn half_area(low: Vec3, high: Vec3) -> f64 {
     let d = (high - low).as_dvec3();
     d.x * d.y + d.y * d.z + d.z * d.x
 }

@@ -66,6 +66,9 @@ impl Walk<'_> {
             }
             self.nodes += 1;
             let node = &self.bvh.nodes[link as usize];
+            if (node.parent, node.level + 1) != (parent, depth) {
+                return Err(format!("node {link} says its parent is {} and its level {}", node.parent, node.level));
+            }
             for side in [1, 0] {
                 let child = child_bounds(node, side);
                 if node.child[side] != LEAF_BIT && !contains(bounds, child) {

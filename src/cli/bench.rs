@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::input::{DeviceArguments, SceneArguments};
+use super::input::{DeviceArguments, MachineArguments, SceneArguments};
 use super::output;
 use crate::atomic_file::check_writable;
 use crate::render::rays::RayKind;
@@ -15,7 +15,9 @@ use crate::report::bench::{Bench as Bencher, GpuBench, Outcome, Report, TwinBenc
 use crate::report::machine::Machine;
 use crate::report::ray_dump;
 use crate::report::scene::SceneSummary;
-use crate::trace::TracerOptions;
+use crate::trace::accounting::SmCounters;
+use crate::trace::steps::sample;
+use crate::trace::{Strategy, TracerOptions};
 use crate::{Error, Result, scene};
 
 /// Measure rays a second, and count what they do in the tree
@@ -34,9 +36,11 @@ pub struct Bench {
     /// Kinds of rays, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = RayKind::ALL)]
     rays: Vec<RayKind>,
-    /// How rays are scheduled
-    #[arg(long, value_enum, default_value_t)]
-    strategy: Strategy,
+    /// How rays are scheduled: direct, persistent, migrate, several of them separated by commas, or all
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', default_value = "direct")]
+    strategy: Vec<StrategyChoice>,
+    #[command(flatten)]
+    machine: MachineArguments,
     /// exact: hits as on every other device; driver: the driver's own rounding, to see what exactness costs
     #[arg(long, value_enum, default_value_t)]
     arithmetic: Arithmetic,
@@ -55,18 +59,39 @@ pub struct Bench {
     /// Write triangles, rays and hits of the one kind of rays asked for, for other programs to check
     #[arg(long, value_name = "FILE")]
     dump_rays: Option<PathBuf>,
+    /// Write where each ray went in the tree (format: caribou::trace::steps) for the one kind of rays and the
+    /// one strategy asked for
+    #[arg(long, value_name = "FILE")]
+    step_trace: Option<PathBuf>,
+    /// Record so many rays at even distances instead of all
+    #[arg(long, value_name = "N", requires = "step_trace")]
+    trace_rays: Option<u64>,
     /// Print no table
     #[arg(short, long)]
     quiet: bool,
 }
 
-#[derive(Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-enum Strategy {
-    /// One invocation a ray.
-    #[default]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum StrategyChoice {
+    /// One invocation a ray
     Direct,
-    /// All there are.
+    /// A fixed number of invocations take rays from a common counter
+    Persistent,
+    /// Rays travel to the SM that owns the subtree they must visit
+    Migrate,
+    /// All there are
     All,
+}
+
+impl StrategyChoice {
+    fn strategies(self) -> &'static [Strategy] {
+        match self {
+            StrategyChoice::Direct => &[Strategy::Direct],
+            StrategyChoice::Persistent => &[Strategy::Persistent],
+            StrategyChoice::Migrate => &[Strategy::Migrate],
+            StrategyChoice::All => &Strategy::ALL,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
@@ -101,23 +126,34 @@ impl Bench {
         let frame = settings.frame(&camera);
         let (bvh, tables) = (&prepared.bvh, &prepared.tables);
         let mut kernels = BTreeMap::new();
-        let mut bencher: Box<dyn Bencher> = match &gpu {
-            Some(gpu) => {
-                let driver_arithmetic = self.arithmetic == Arithmetic::Driver;
-                let options = TracerOptions { driver_arithmetic, ..TracerOptions::default() };
-                let bencher = GpuBench::new(gpu, (bvh, tables), frame, options)?;
-                kernels = bencher.kernels()?;
-                Box::new(bencher)
-            }
-            None => Box::new(TwinBench { bvh, tables, frame }),
-        };
         let mut results: Vec<Outcome> = Vec::new();
-        for &kind in &self.rays {
-            let (outcome, traced) = measure(bencher.as_mut(), kind, self.runs)?;
-            if let Some(path) = &self.dump_rays {
-                ray_dump::write(path, &prepared.scene.positions, &traced.rays, &traced.hits)?;
+        for &strategy in self.strategy.iter().flat_map(|choice| choice.strategies()) {
+            let options = TracerOptions {
+                strategy,
+                machine: self.machine.options(),
+                driver_arithmetic: self.arithmetic == Arithmetic::Driver,
+                ..TracerOptions::default()
+            };
+            let mut bencher: Box<dyn Bencher> = match &gpu {
+                Some(gpu) => {
+                    let bencher = GpuBench::new(gpu, (bvh, tables), frame, &options)?;
+                    kernels.extend(bencher.kernels()?);
+                    Box::new(bencher)
+                }
+                None => Box::new(TwinBench::new((bvh, tables), frame, &options)?),
+            };
+            for &kind in &self.rays {
+                let rays = bencher.rays(kind)?;
+                let (outcome, traced) = measure(bencher.as_mut(), &options, kind, &rays, self.runs)?;
+                if let Some(path) = &self.step_trace {
+                    let rays_wanted = sample(rays.len() as u64, self.trace_rays.unwrap_or(u64::MAX));
+                    bencher.record(kind, &rays, rays_wanted)?.write(path)?;
+                }
+                if let Some(path) = &self.dump_rays {
+                    ray_dump::write(path, &prepared.scene.positions, &rays, &traced.hits)?;
+                }
+                results.push(outcome);
             }
-            results.push(outcome);
         }
         if let Some(message) = gpu.iter().flat_map(|gpu| gpu.validation_messages()).next() {
             return Err(Error::Check(format!("validation: {message}")));
@@ -154,10 +190,23 @@ impl Bench {
         if !(1..=10_000).contains(&self.runs) {
             return Err(Error::usage(format!("--runs {}", self.runs), "allowed are 1 to 10000"));
         }
+        self.machine.options().check()?;
         if self.dump_rays.is_some() && self.rays.len() != 1 {
             return Err(Error::usage("--dump-rays with several kinds of rays", "name one with --rays"));
         }
-        for path in self.json.iter().filter(|path| path.as_os_str() != "-").chain(&self.dump_rays) {
+        let strategies = self.strategy.iter().map(|choice| choice.strategies().len()).sum::<usize>();
+        if self.step_trace.is_some() && (self.rays.len(), strategies) != (1, 1) {
+            return Err(Error::usage(
+                "--step-trace with several kinds of rays or strategies",
+                "name one of each with --rays and --strategy",
+            ));
+        }
+        if self.trace_rays == Some(0) {
+            return Err(Error::usage("--trace-rays 0", "give a number from 1 on"));
+        }
+        for path in
+            self.json.iter().filter(|path| path.as_os_str() != "-").chain(&self.dump_rays).chain(&self.step_trace)
+        {
             check_writable(path)?;
         }
         Ok(())
@@ -171,28 +220,75 @@ fn table(report: &Report) -> String {
     );
     let _ = writeln!(
         text,
-        "{:<9} {:<8} {:>10} {:>10} {:>22} {:>10} {:>10}  hits digest",
-        "strategy", "rays", "count", "hits", "Mrays/s (95 %)", "nodes/ray", "tests/ray"
+        "{:<10} {:<8} {:>10} {:>10} {:>22} {:>10} {:>10} {:>6}  hits digest",
+        "strategy", "rays", "count", "hits", "Mrays/s (95 %)", "nodes/ray", "tests/ray", "SIMD"
     );
     for r in &report.results {
         let each = |sum: u64| sum as f64 / r.ray_count.max(1) as f64;
         let rate = r.mrays_per_s.map_or("-".to_owned(), |m| format!("{:.3} ({:.3}-{:.3})", m.median, m.low, m.high));
         let _ = writeln!(
             text,
-            "{:<9} {:<8} {:>10} {:>10} {:>22} {:>10.2} {:>10.2}  {}",
-            r.strategy,
+            "{:<10} {:<8} {:>10} {:>10} {:>22} {:>10.2} {:>10.2} {:>6.3}  {}",
+            r.tracing.strategy.name(),
             r.rays.name(),
             r.ray_count,
             r.hits,
             rate,
             each(r.counters.node_visits),
             each(r.counters.triangle_tests),
+            r.warps.simd_efficiency(),
             r.hits_digest
         );
     }
+    migration_table(&mut text, report);
     for (kernel, statistics) in &report.kernels {
         let parts: Vec<String> = statistics.iter().map(|(name, value)| format!("{name} {value}")).collect();
         let _ = writeln!(text, "{kernel}: {}", parts.join(", "));
     }
     text
+}
+
+/// What explains the speed of strategy `migrate`.
+fn migration_table(text: &mut String, report: &Report) {
+    for (i, r) in report.results.iter().filter(|r| r.migration.is_some()).enumerate() {
+        let Some(migration) = &r.migration else { continue };
+        if i == 0 {
+            let partition = r.tracing.partition.as_deref().unwrap_or_default();
+            let _ = writeln!(text, "\nmigrate, {partition}; a ray's means");
+            let _ = writeln!(
+                text,
+                "{:<8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>11} {:>9} {:>10}",
+                "rays",
+                "top nodes",
+                "subtrees",
+                "bypasses",
+                "migrated",
+                "bytes",
+                "rounds",
+                "mean queue",
+                "longest",
+                "busiest SM"
+            );
+        }
+        let each = |sum: u64| sum as f64 / migration.rays.max(1) as f64;
+        let queued: u64 = migration.rounds.iter().map(|round| round.queued).sum();
+        let queues: u64 = migration.rounds.iter().map(|round| round.queues).sum();
+        let steps = |sm: &SmCounters| sm.warps.warp_steps;
+        let all: u64 = migration.sms.iter().map(steps).sum();
+        let busiest = migration.sms.iter().map(steps).max().unwrap_or(0);
+        let _ = writeln!(
+            text,
+            "{:<8} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.0} {:>7} {:>11.1} {:>9} {:>9.2}x",
+            r.rays.name(),
+            each(r.counters.top_visits),
+            each(r.counters.subtrees),
+            each(r.counters.bypasses),
+            each(r.counters.migrations),
+            each(migration.sms.iter().map(|sm| sm.record_bytes).sum()),
+            migration.rounds.len(),
+            queued as f64 / queues.max(1) as f64,
+            migration.rounds.iter().map(|round| round.longest_queue).max().unwrap_or(0),
+            busiest as f64 * migration.sms.len() as f64 / all.max(1) as f64
+        );
+    }
 }

@@ -8,9 +8,11 @@ use serde::Serialize;
 use super::input::SceneArguments;
 use super::output;
 use crate::Result;
-use crate::bvh::Bvh;
+use crate::bvh::partition::PartitionStatistics;
+use crate::bvh::{Bvh, Owners, Partition, Policy};
 use crate::render::features::Features;
 use crate::report::scene::SceneSummary;
+use crate::trace::MachineOptions;
 use crate::vulkan::{DeviceInfo, Gpu, GpuOptions, Probe, list_devices};
 
 /// Show Vulkan devices and, of a scene, what it holds and its BVH
@@ -21,10 +23,22 @@ pub struct Info {
     /// Time spent on the BVH: obvhs's build presets
     #[arg(long, value_enum, default_value_t)]
     bvh_quality: crate::bvh::Quality,
+    /// Also cut the tree and show the subtrees: level:K, bytes:N or sah:N, such as bytes:64KiB
+    #[arg(long, value_name = "POLICY", requires = "scene")]
+    partition: Option<Policy>,
+    /// How subtrees are given to SMs: neighbours together, or scattered
+    #[arg(long, value_enum, default_value_t)]
+    owners: Owners,
+    /// Streaming multiprocessors, 1 to 1024
+    #[arg(long, value_name = "N", default_value_t = MachineOptions::default().sms)]
+    sms: u32,
     /// Print JSON
     #[arg(long)]
     json: bool,
 }
+
+/// Longest bar of a histogram, in characters.
+const BAR: usize = 40;
 
 /// Everything that is known.
 #[derive(Serialize)]
@@ -37,6 +51,8 @@ struct Report {
     scene: Option<SceneSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
     features: Option<Features>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    partition: Option<PartitionStatistics>,
 }
 
 /// A device and what was found by running kernels on it.
@@ -58,6 +74,7 @@ impl Info {
             devices_problem: None,
             scene: None,
             features: None,
+            partition: None,
         };
         match list_devices() {
             Ok(devices) => report.devices = devices.into_iter().map(probed).collect(),
@@ -70,13 +87,17 @@ impl Info {
             let bvh = Bvh::build(&scene.positions, self.bvh_quality)?;
             report.scene = Some(SceneSummary::new(&scene, &bvh));
             report.features = Some(Features::of(&scene, None));
+            if let Some(policy) = self.partition {
+                let partition = Partition::new(&bvh, policy, self.owners, self.sms)?;
+                report.partition = Some(PartitionStatistics::of(&partition));
+            }
         }
         if self.json { output::print_json(&report) } else { output::print(&text(&report)) }
     }
 }
 
 fn probed(info: DeviceInfo) -> Device {
-    let options = GpuOptions { device: Some(info.index.to_string()), validate: false };
+    let options = GpuOptions { device: Some(info.index.to_string()), ..GpuOptions::default() };
     let probe = Gpu::open(&options).ok().map(|gpu| *gpu.probe());
     Device { info, bit_identical: probe.map(|probe| probe.bit_identical()), probe }
 }
@@ -92,7 +113,31 @@ fn text(report: &Report) -> String {
     if let (Some(scene), Some(features)) = (&report.scene, &report.features) {
         scene_text(&mut text, scene, features);
     }
+    if let Some(partition) = &report.partition {
+        partition_text(&mut text, partition);
+    }
     text
+}
+
+fn partition_text(text: &mut String, p: &PartitionStatistics) {
+    let _ = writeln!(text, "partition  {} among {} SMs", p.policy, p.sms);
+    let _ = writeln!(text, "  top tree          {} nodes, {} bytes, {} levels", p.top_nodes, p.top_bytes, p.top_depth);
+    let _ = writeln!(
+        text,
+        "  expected visits   {:.2} top nodes and {:.2} subtrees by a ray that meets the scene's box and hits nothing",
+        p.expected_top_visits, p.expected_subtree_visits
+    );
+    let _ = writeln!(text, "  expected work     the busiest SM has {:.2} times the mean", p.imbalance);
+    let _ = writeln!(text, "  subtrees          {}", p.subtrees);
+    for (what, histogram) in [("bytes", &p.bytes), ("triangles", &p.triangles), ("levels", &p.depth)] {
+        let _ = writeln!(text, "  {what:<17} {} to {}, mean {:.1}", histogram.min, histogram.max, histogram.mean);
+        let most = histogram.ranges.iter().map(|&(_, count)| count).max().unwrap_or(1);
+        for &(low, count) in &histogram.ranges {
+            let high = if low == 0 { 0 } else { 2 * low - 1 };
+            let bar = "#".repeat((BAR * count).div_ceil(most));
+            let _ = writeln!(text, "    {low:>9} to {high:<9} {count:>8} {bar}");
+        }
+    }
 }
 
 fn device_text(text: &mut String, device: &Device) {

@@ -7,11 +7,12 @@ use clap::Args;
 
 use super::output;
 use crate::Result;
-use crate::bvh::{Bvh, Quality};
+use crate::bvh::{Bvh, Owners, Policy, Quality};
 use crate::render::features::{Features, Indirect};
 use crate::render::settings::Settings;
 use crate::scene::tables::Tables;
 use crate::scene::{self, Scene, builtin};
+use crate::trace::MachineOptions;
 use crate::vulkan::{Gpu, GpuOptions};
 
 /// The scene and how its BVH is built.
@@ -100,7 +101,8 @@ impl DeviceArguments {
         if self.twin {
             return Ok(None);
         }
-        let gpu = Gpu::open(&GpuOptions { device: self.device.clone(), validate: self.validate })?;
+        let gpu =
+            Gpu::open(&GpuOptions { device: self.device.clone(), validate: self.validate, ..GpuOptions::default() })?;
         if !gpu.probe().bit_identical() {
             output::warn("this driver rounds as it likes: hits may differ in their last bits from other devices");
         }
@@ -108,6 +110,34 @@ impl DeviceArguments {
             tracing::info!("this driver silently ends loops after {limit} iterations; dispatches are kept below");
         }
         Ok(Some(gpu))
+    }
+}
+
+/// The machine that strategies other than direct are laid out for.
+#[derive(Args)]
+pub struct MachineArguments {
+    /// Where strategy migrate cuts the tree: level:K, bytes:N or sah:N, such as bytes:64KiB
+    #[arg(long, value_name = "POLICY", default_value_t)]
+    partition: Policy,
+    /// How it gives subtrees to SMs: neighbours together, or scattered
+    #[arg(long, value_enum, default_value_t)]
+    owners: Owners,
+    /// Streaming multiprocessors, 1 to 1024
+    #[arg(long, value_name = "N", default_value_t = MachineOptions::default().sms)]
+    sms: u32,
+    /// Warps of 32 rays that an SM works on at a time
+    #[arg(long, value_name = "N", default_value_t = MachineOptions::default().warps_per_sm)]
+    warps_per_sm: u32,
+    /// Take the SM's number from the hardware (VK_NV_shader_sm_builtins); --sms should then be its number of SMs
+    #[arg(long)]
+    hardware_sms: bool,
+}
+
+impl MachineArguments {
+    /// As options.
+    pub fn options(&self) -> MachineOptions {
+        let MachineArguments { partition, owners, sms, warps_per_sm, hardware_sms } = *self;
+        MachineOptions { partition, owners, sms, warps_per_sm, hardware_sms }
     }
 }
 

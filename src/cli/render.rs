@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 
-use super::input::{DeviceArguments, LightArguments, Prepared, SceneArguments};
+use super::input::{DeviceArguments, LightArguments, MachineArguments, Prepared, SceneArguments};
 use super::memory::check_picture;
 use super::output;
 use super::progress::Bar;
@@ -23,7 +23,9 @@ use crate::render::settings::Settings;
 use crate::report::machine::Machine;
 use crate::report::render::{Report, named};
 use crate::report::scene::SceneSummary;
+use crate::report::tracing::Tracing;
 use crate::scene::{Camera, select_camera};
+use crate::trace::{Strategy, TracerOptions};
 use crate::vulkan::Gpu;
 use crate::{Error, Result};
 
@@ -36,6 +38,11 @@ pub struct Render {
     device: DeviceArguments,
     #[command(flatten)]
     light: LightArguments,
+    /// How rays are scheduled; the picture is the same with all
+    #[arg(long, value_enum, default_value_t)]
+    strategy: Strategy,
+    #[command(flatten)]
+    machine: MachineArguments,
     /// The OpenEXR file to write
     #[arg(short, long, value_name = "FILE", default_value = "caribou.exr")]
     output: PathBuf,
@@ -60,7 +67,8 @@ pub struct Render {
     /// Leave the sky out of the picture and write coverage as alpha
     #[arg(long)]
     transparent: bool,
-    /// Further channels, separated by commas: Z, N, albedo, P, primId, steps, or all
+    /// Further channels, separated by commas: Z, N, albedo, P, primId, steps, migrations, subtrees,
+    /// or all
     #[arg(long, value_name = "LIST")]
     aov: Option<String>,
     /// Bits of the colour channels
@@ -69,7 +77,7 @@ pub struct Render {
     /// Also write a tone-mapped PNG
     #[arg(long, value_name = "FILE")]
     preview: Option<PathBuf>,
-    /// What the preview shows instead of colour: Z, N, albedo, P, primId or steps
+    /// What the preview shows instead of colour: one of the --aov
     #[arg(long, value_name = "AOV", requires = "preview")]
     preview_aov: Option<String>,
     /// Factor on the colours of the preview
@@ -120,6 +128,7 @@ impl Render {
     /// Refuses what cannot be done before any work.
     fn check(&self) -> Result<Wanted> {
         self.settings(1.0).check()?;
+        self.machine.options().check()?;
         let mut aovs = self.aov.as_deref().map_or(Ok(Vec::new()), Aov::parse_list)?;
         let preview = match self.preview_aov.as_deref().map(Aov::from_str).transpose()? {
             Some(aov) => Preview::Aov(aov),
@@ -155,6 +164,10 @@ impl Render {
         }
     }
 
+    fn tracing(&self) -> TracerOptions {
+        TracerOptions { strategy: self.strategy, machine: self.machine.options(), ..TracerOptions::default() }
+    }
+
     fn render(
         &self,
         gpu: Option<&Gpu>,
@@ -170,6 +183,7 @@ impl Render {
             settings: self.settings(self.light.ao_radius(&prepared.bvh)),
             features,
             aovs: !wanted.aovs.is_empty(),
+            tracing: self.tracing(),
         };
         let bar = Bar::new(self.quiet);
         let picture = picture(gpu, &request, &mut |progress| bar.update(progress));
@@ -195,6 +209,7 @@ impl Render {
             spp: self.spp,
             max_depth: self.max_depth,
             seed: self.seed,
+            tracing: Tracing::of(&self.tracing()),
             features,
             compiled_out: features.names().1,
             rays: named(&picture.rays),

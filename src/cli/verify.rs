@@ -12,6 +12,7 @@ use crate::render::settings::Settings;
 use crate::report::verify::verify_rays;
 use crate::scene::select_camera;
 use crate::trace::verify::{Verdict, verify_arithmetic};
+use crate::trace::{Strategy, TracerOptions};
 use crate::vulkan::Gpu;
 use crate::{Error, Result};
 
@@ -68,15 +69,25 @@ impl Verify {
         let mut verdicts = verify_arithmetic(gpu)?;
         verdicts.extend(verify_rays(gpu, bvh, tables, settings.frame(&camera))?);
         let features = Features::of(&prepared.scene, None);
-        let request = Request { bvh, tables, camera: &camera, settings, features, aovs: true };
-        let [device, twin] = [Some(gpu), None].map(|gpu| picture(gpu, &request, &mut |_| {}));
-        let (device, twin) = (device?, twin?);
-        verdicts.push(Verdict {
-            what: "pictures".to_owned(),
-            cases: u64::from(self.width) * u64::from(self.height),
-            mismatches: device.film.differing_pixels(&twin.film),
-            digest: None,
-        });
+        let request = |strategy| Request {
+            bvh,
+            tables,
+            camera: &camera,
+            settings: settings.clone(),
+            features,
+            aovs: true,
+            tracing: TracerOptions { strategy, ..TracerOptions::default() },
+        };
+        for strategy in Strategy::ALL {
+            let [device, twin] = [Some(gpu), None].map(|gpu| picture(gpu, &request(strategy), &mut |_| {}));
+            let (device, twin) = (device?, twin?);
+            verdicts.push(Verdict {
+                what: format!("{} pictures", strategy.name()),
+                cases: u64::from(self.width) * u64::from(self.height),
+                mismatches: device.film.differing_pixels(&twin.film),
+                digest: None,
+            });
+        }
         Ok(verdicts)
     }
 }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use crate::{Error, Result};
 
 /// What the ray of a pixel's first sample met. Where it met nothing all are 0, except for `Z`, which is
-/// [`Z_NOTHING`](crate::shared::Z_NOTHING), `primId`, which is [`NO_HIT`](crate::shared::NO_HIT), and `steps`.
+/// [`Z_NOTHING`](crate::shared::Z_NOTHING), `primId`, which is [`NO_HIT`](crate::shared::NO_HIT), and the counts from `steps` on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Aov {
     /// Depth along the camera's viewing axis in world units.
@@ -20,11 +20,16 @@ pub enum Aov {
     PrimId,
     /// BVH nodes visited by the primary ray.
     Steps,
+    /// Times that it went to another SM, with strategy `migrate`.
+    Migrations,
+    /// Subtrees that it entered, with strategy `migrate`.
+    Subtrees,
 }
 
 impl Aov {
     /// All, in the order of `--aov all`.
-    pub const ALL: [Aov; 6] = [Aov::Z, Aov::N, Aov::Albedo, Aov::P, Aov::PrimId, Aov::Steps];
+    pub const ALL: [Aov; 8] =
+        [Aov::Z, Aov::N, Aov::Albedo, Aov::P, Aov::PrimId, Aov::Steps, Aov::Migrations, Aov::Subtrees];
 
     /// The name on the command line, which is also the layer's name in the file.
     pub fn name(self) -> &'static str {
@@ -35,6 +40,8 @@ impl Aov {
             Aov::P => "P",
             Aov::PrimId => "primId",
             Aov::Steps => "steps",
+            Aov::Migrations => "migrations",
+            Aov::Subtrees => "subtrees",
         }
     }
 
@@ -47,6 +54,8 @@ impl Aov {
             Aov::P => &["P.X", "P.Y", "P.Z"],
             Aov::PrimId => &["primId"],
             Aov::Steps => &["steps"],
+            Aov::Migrations => &["migrations"],
+            Aov::Subtrees => &["subtrees"],
         }
     }
 
@@ -94,7 +103,7 @@ mod tests {
             assert_eq!(Aov::parse_list(&aov.name().to_uppercase()).unwrap(), [aov]);
             assert_eq!(aov.components(), aov.channels().len());
         }
-        assert_eq!(Aov::parse_list("Z,N,albedo,P,primId,steps").unwrap(), Aov::ALL);
+        assert_eq!(Aov::parse_list("Z,N,albedo,P,primId,steps,migrations,subtrees").unwrap(), Aov::ALL);
         assert_eq!(Aov::parse_list("ALL").unwrap(), Aov::ALL);
     }
 
@@ -108,7 +117,7 @@ mod tests {
         for bad in ["depth", "", "Z,", "Z;N", "Z,all"] {
             let error = Aov::parse_list(bad).unwrap_err();
             assert_eq!(error.exit_code(), 2);
-            assert!(error.to_string().contains("Z, N, albedo, P, primId, steps"), "{error}");
+            assert!(error.to_string().contains("Z, N, albedo, P, primId, steps, migrations, subtrees"), "{error}");
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::bvh::Bvh;
 use crate::layout::{AovPixel, Contribution, Frame, Hit, Path, Ray, RayCounters, StagePush};
 use crate::scene::tables::Tables;
 use crate::shared::*;
+use crate::trace::{Query, TracerOptions, TwinTracer};
 use crate::twin;
 use crate::twin::surface::Stage;
 
@@ -33,12 +34,22 @@ pub struct Cpu<'a> {
     aovs: Vec<AovPixel>,
     counts: RayCounts,
     seconds: BTreeMap<String, f64>,
+    tracer: TwinTracer<'a>,
 }
 
 impl<'a> Cpu<'a> {
     /// Stages for one picture.
-    pub fn new(bvh: &'a Bvh, tables: &'a Tables, frame: Frame, features: Features) -> Cpu<'a> {
-        Cpu {
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] for options out of range.
+    pub fn new(
+        (bvh, tables): (&'a Bvh, &'a Tables),
+        frame: Frame,
+        features: Features,
+        options: &TracerOptions,
+    ) -> Result<Cpu<'a>> {
+        Ok(Cpu {
+            tracer: TwinTracer::new(bvh, options)?,
             bvh,
             tables,
             frame,
@@ -52,7 +63,7 @@ impl<'a> Cpu<'a> {
             aovs: Vec::new(),
             counts: RayCounts::default(),
             seconds: BTreeMap::new(),
-        }
+        })
     }
 
     fn timed<T>(&mut self, stage: &str, work: impl FnOnce(&mut Self) -> T) -> T {
@@ -91,7 +102,8 @@ impl Stages for Cpu<'_> {
     }
 
     fn trace_closest(&mut self) -> Result<()> {
-        self.timed("trace closest", |s| (s.hits, s.counters) = twin::trace::trace_closest(s.bvh, &s.rays));
+        let traced = self.timed("trace closest", |s| s.tracer.trace(Query::Closest, &s.rays))?;
+        (self.hits, self.counters) = (traced.hits, traced.counters);
         Ok(())
     }
 
@@ -112,7 +124,7 @@ impl Stages for Cpu<'_> {
             twin::light::light(stage!(s), push, inputs, &mut shadow_rays, &mut contributions)
         });
         self.counts[if light == LIGHT_AMBIENT { KIND_AO } else { KIND_SHADOW } as usize] += made;
-        let (shadow_hits, _) = self.timed("trace any", |s| twin::trace::trace_any(s.bvh, &shadow_rays));
+        let shadow_hits = self.timed("trace any", |s| s.tracer.trace(Query::Any, &shadow_rays))?.hits;
         self.timed("gather", |s| twin::gather::gather(&shadow_rays, &shadow_hits, &contributions, &mut s.paths));
         Ok(())
     }

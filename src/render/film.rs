@@ -78,6 +78,8 @@ impl Film {
             Aov::P => floats(&|p| p.position[k]),
             Aov::PrimId => Samples::Uint(self.aovs.iter().map(|p| p.prim).collect()),
             Aov::Steps => floats(&|p| p.steps),
+            Aov::Migrations => floats(&|p| p.migrations),
+            Aov::Subtrees => floats(&|p| p.subtrees),
         }
     }
 }

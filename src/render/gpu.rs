@@ -11,7 +11,7 @@ use crate::layout::{AovPixel, Contribution, Frame, Hit, Path, Ray, RayCounters, 
 use crate::scene::tables::Tables;
 use crate::shared::KINDS;
 use crate::trace::tracer::exactness;
-use crate::trace::{Geometry, Query, Stream, Tracer, TracerOptions};
+use crate::trace::{Query, RayBuffers, Stream, Tracer, TracerOptions};
 use crate::vulkan::{Buffer, DeviceKind, Gpu, Kernel, Pipeline, Place};
 
 /// Paths of a batch on a software driver, whose memory is the host's.
@@ -66,12 +66,12 @@ impl<'g> GpuStages<'g> {
         frame: Frame,
         features: Features,
         (paths, aovs): (u32, bool),
+        options: &TracerOptions,
     ) -> Result<Self> {
-        let geometry = Geometry::upload(gpu, bvh)?;
-        let scene = GpuScene::upload(gpu, bvh, &geometry, tables, frame)?;
-        let tracer = Tracer::new(gpu, geometry, TracerOptions::default())?;
         let most = if gpu.info().kind == DeviceKind::Cpu { BATCH_CPU } else { BATCH_GPU };
         let capacity = most.min(paths);
+        let tracer = Tracer::new(gpu, bvh, options, capacity)?;
+        let scene = GpuScene::upload(gpu, bvh, tracer.geometry(), tables, frame)?;
         let mut spec = exactness(gpu.probe()).to_vec();
         spec.extend(features.specialization());
         Ok(GpuStages {
@@ -179,8 +179,9 @@ impl Stages for GpuStages<'_> {
 
     fn trace_closest(&mut self) -> Result<()> {
         let b = &self.buffers;
-        let buffers = (&b.rays, &b.hits, self.aovs.then_some(&b.counters));
-        self.tracer.trace(&mut self.stream, "trace closest", Query::Closest, buffers, self.push.count)
+        let buffers = RayBuffers { counters: self.aovs.then_some(&b.counters), ..RayBuffers::new(&b.rays, &b.hits) };
+        self.tracer.trace(&mut self.stream, "trace closest", Query::Closest, &buffers, self.push.count)?;
+        Ok(())
     }
 
     fn aov(&mut self) -> Result<()> {
@@ -190,8 +191,8 @@ impl Stages for GpuStages<'_> {
     fn light(&mut self, light: u32) -> Result<()> {
         self.run(Kernel::Light, light)?;
         let b = &self.buffers;
-        let buffers = (&b.shadow_rays, &b.shadow_hits, None);
-        self.tracer.trace(&mut self.stream, "trace any", Query::Any, buffers, self.push.count)?;
+        let buffers = RayBuffers::new(&b.shadow_rays, &b.shadow_hits);
+        self.tracer.trace(&mut self.stream, "trace any", Query::Any, &buffers, self.push.count)?;
         self.run(Kernel::Gather, 0)
     }
 

@@ -15,6 +15,7 @@ use crate::bvh::Bvh;
 use crate::layout::Frame;
 use crate::scene::Camera;
 use crate::scene::tables::Tables;
+use crate::trace::TracerOptions;
 use crate::twin::tiles::tile_count;
 use crate::vulkan::Gpu;
 
@@ -32,6 +33,8 @@ pub struct Request<'a> {
     pub features: Features,
     /// Whether to keep what the camera rays meet.
     pub aovs: bool,
+    /// How rays are traced.
+    pub tracing: TracerOptions,
 }
 
 /// A picture and what it took.
@@ -60,8 +63,10 @@ pub fn picture(gpu: Option<&Gpu>, request: &Request, report: &mut dyn FnMut(Prog
     let scene = (request.bvh, request.tables);
     let paths = tile_count(request.settings.width, request.settings.height).unwrap_or(u32::MAX);
     let mut stages: Box<dyn Stages> = match gpu {
-        Some(gpu) => Box::new(GpuStages::new(gpu, scene, frame, request.features, (paths, request.aovs))?),
-        None => Box::new(Cpu::new(request.bvh, request.tables, frame, request.features)),
+        Some(gpu) => {
+            Box::new(GpuStages::new(gpu, scene, frame, request.features, (paths, request.aovs), &request.tracing)?)
+        }
+        None => Box::new(Cpu::new(scene, frame, request.features, &request.tracing)?),
     };
     let setup_seconds = start.elapsed().as_secs_f64();
     let plan = Plan {

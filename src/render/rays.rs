@@ -7,7 +7,7 @@ use crate::layout::{Frame, Hit, Path, Ray, StagePush};
 use crate::scene::tables::Tables;
 use crate::shared::*;
 use crate::trace::tracer::exactness;
-use crate::trace::{Query, Stream, Tracer};
+use crate::trace::{Query, RayBuffers, Stream, Tracer};
 use crate::twin;
 use crate::twin::surface::Stage;
 use crate::twin::tiles::tile_count;
@@ -116,7 +116,7 @@ pub fn gpu_rays(
         stream.dispatch("generate", &generate, (&[&scene.frame, &rays, &paths], &[]), &push, push.count)?;
         let mut made = &rays;
         if kind != RayKind::Primary {
-            tracer.trace(&mut stream, "trace closest", Query::Closest, (&rays, &hits, None), push.count)?;
+            tracer.trace(&mut stream, "trace closest", Query::Closest, &RayBuffers::new(&rays, &hits), push.count)?;
             let buffers = [&scene.frame, &scene.materials, &scene.textures, &rays, &hits, &secondary];
             stream.dispatch("secondary", &reflect, (&buffers, &reached), &push, push.count)?;
             made = &secondary;

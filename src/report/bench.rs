@@ -8,18 +8,25 @@ use serde::Serialize;
 use super::machine::Machine;
 use super::scene::SceneSummary;
 use super::statistics::Median;
+use super::tracing::Tracing;
 use crate::Result;
 use crate::bvh::Bvh;
 use crate::layout::{Frame, Hit, Ray, RayCounters};
 use crate::render::rays::{RayKind, gpu_rays, twin_rays};
 use crate::scene::tables::Tables;
+use crate::trace::accounting::{MigrationReport, Totals, WarpCounters};
 use crate::trace::digest::{hit_count, hits_digest};
-use crate::trace::{Geometry, Query, Stream, Tracer, TracerOptions};
-use crate::twin;
+use crate::trace::twin_tracer::{Traced, TwinTracer};
+use crate::trace::{Query, RayBuffers, StepTrace, Stream, Tracer, TracerOptions};
+use crate::twin::tiles::tile_count;
 use crate::vulkan::{Buffer, DeviceKind, Gpu, Place};
 
 /// A GPU is kept busy this long before it is timed, because its clock is low after idling.
 const WARM_UP_SECONDS: f64 = 0.5;
+
+/// Rays of a batch: counters of the largest fit a binding of 128 MiB, the least that drivers must offer. The same
+/// on every device, so that queues and rounds are.
+const MOST_RAYS: u32 = 1 << 21;
 
 /// A timed run on a GPU repeats the dispatch until it takes about this long.
 const RUN_SECONDS: f64 = 0.02;
@@ -51,8 +58,9 @@ pub struct Report {
 /// Result of a strategy on a kind of rays.
 #[derive(Clone, Debug, Serialize)]
 pub struct Outcome {
-    /// `direct`.
-    pub strategy: &'static str,
+    /// How rays were traced.
+    #[serde(flatten)]
+    pub tracing: Tracing,
     /// The rays.
     pub rays: RayKind,
     /// Rays traced.
@@ -68,41 +76,23 @@ pub struct Outcome {
     /// Million rays a second, from `seconds`.
     pub mrays_per_s: Option<Median>,
     /// What the rays did in the tree, summed.
-    pub counters: Counters,
-}
-
-/// Sums over all rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Counters {
-    /// Nodes fetched.
-    pub node_visits: u64,
-    /// Triangles tested.
-    pub triangle_tests: u64,
-}
-
-impl Counters {
-    fn of(counters: &[RayCounters]) -> Counters {
-        counters.iter().fold(Counters::default(), |sum, ray| Counters {
-            node_visits: sum.node_visits + u64::from(ray.node_visits),
-            triangle_tests: sum.triangle_tests + u64::from(ray.triangle_tests),
-        })
-    }
-}
-
-/// Rays, their hits, and what each did in the tree.
-pub struct Traced {
-    /// The rays.
-    pub rays: Vec<Ray>,
-    /// One a ray.
-    pub hits: Vec<Hit>,
-    /// One a ray.
-    pub counters: Vec<RayCounters>,
+    pub counters: Totals,
+    /// Warps and lanes, in launch order or, with strategy `migrate`, in queue order and without the first walk of
+    /// the top tree.
+    pub warps: WarpCounters,
+    /// Rounds and SMs of strategy `migrate`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub migration: Option<MigrationReport>,
 }
 
 /// Something that makes and traces a benchmark's rays.
 pub trait Bench {
-    /// Makes rays of a kind and traces them once, counting.
-    fn trace(&mut self, kind: RayKind) -> Result<Traced>;
+    /// Makes rays of a kind.
+    fn rays(&mut self, kind: RayKind) -> Result<Vec<Ray>>;
+    /// Traces them once, counting.
+    fn trace(&mut self, kind: RayKind, rays: &[Ray]) -> Result<Traced>;
+    /// Traces them and records the steps of the rays `which`, in rising order.
+    fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepTrace>;
     /// Times `runs` repetitions after a warm-up: seconds on the device's clock, and on the host's.
     fn time(&mut self, kind: RayKind, rays: &[Ray], runs: usize) -> Result<(Vec<f64>, Vec<f64>)>;
 }
@@ -111,13 +101,19 @@ pub trait Bench {
 ///
 /// # Errors
 /// [`crate::Error::Device`] if the device fails.
-pub fn measure(bench: &mut dyn Bench, kind: RayKind, runs: usize) -> Result<(Outcome, Traced)> {
-    let traced = bench.trace(kind)?;
-    let (seconds, wall_seconds) = bench.time(kind, &traced.rays, runs)?;
-    let ray_count = traced.rays.len() as u64;
+pub fn measure(
+    bench: &mut dyn Bench,
+    options: &TracerOptions,
+    kind: RayKind,
+    rays: &[Ray],
+    runs: usize,
+) -> Result<(Outcome, Traced)> {
+    let traced = bench.trace(kind, rays)?;
+    let (seconds, wall_seconds) = bench.time(kind, rays, runs)?;
+    let ray_count = rays.len() as u64;
     let rates: Vec<f64> = seconds.iter().filter(|s| **s > 0.0).map(|s| ray_count as f64 * 1e-6 / s).collect();
     let outcome = Outcome {
-        strategy: "direct",
+        tracing: Tracing::of(options),
         rays: kind,
         ray_count,
         hits: hit_count(&traced.hits),
@@ -125,47 +121,56 @@ pub fn measure(bench: &mut dyn Bench, kind: RayKind, runs: usize) -> Result<(Out
         seconds,
         wall_seconds,
         mrays_per_s: Median::of(&rates),
-        counters: Counters::of(&traced.counters),
+        counters: Totals::of(&traced.counters),
+        warps: match &traced.migration {
+            Some(report) => report.warps(),
+            None => WarpCounters::of(traced.counters.iter()),
+        },
+        migration: traced.migration.clone(),
     };
     Ok((outcome, traced))
 }
 
 /// The twin as a [`Bench`].
 pub struct TwinBench<'a> {
-    /// The tree.
-    pub bvh: &'a Bvh,
-    /// Attributes of its triangles.
-    pub tables: &'a Tables,
-    /// Camera and ray lengths.
-    pub frame: Frame,
+    bvh: &'a Bvh,
+    tables: &'a Tables,
+    frame: Frame,
+    tracer: TwinTracer<'a>,
+}
+
+impl<'a> TwinBench<'a> {
+    /// Prepares the twins for a scene.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] for options out of range.
+    pub fn new((bvh, tables): (&'a Bvh, &'a Tables), frame: Frame, options: &TracerOptions) -> Result<TwinBench<'a>> {
+        Ok(TwinBench { bvh, tables, frame, tracer: TwinTracer::new(bvh, options)? })
+    }
 }
 
 impl Bench for TwinBench<'_> {
-    fn trace(&mut self, kind: RayKind) -> Result<Traced> {
-        let rays = twin_rays(self.bvh, self.tables, &self.frame, kind);
-        let (hits, counters) = self.trace_once(kind.query(), &rays);
-        Ok(Traced { rays, hits, counters })
+    fn rays(&mut self, kind: RayKind) -> Result<Vec<Ray>> {
+        Ok(twin_rays(self.bvh, self.tables, &self.frame, kind))
+    }
+
+    fn trace(&mut self, kind: RayKind, rays: &[Ray]) -> Result<Traced> {
+        self.tracer.trace(kind.query(), rays)
+    }
+
+    fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepTrace> {
+        Ok(StepTrace::by_twin(self.bvh, kind.query(), rays, which))
     }
 
     fn time(&mut self, kind: RayKind, rays: &[Ray], runs: usize) -> Result<(Vec<f64>, Vec<f64>)> {
         // The counting trace was the warm-up.
-        let seconds: Vec<f64> = (0..runs)
-            .map(|_| {
-                let start = Instant::now();
-                self.trace_once(kind.query(), rays);
-                start.elapsed().as_secs_f64()
-            })
-            .collect();
+        let time = |_| {
+            let start = Instant::now();
+            self.tracer.trace(kind.query(), rays)?;
+            Ok(start.elapsed().as_secs_f64())
+        };
+        let seconds = (0..runs).map(time).collect::<Result<Vec<f64>>>()?;
         Ok((seconds.clone(), seconds))
-    }
-}
-
-impl TwinBench<'_> {
-    fn trace_once(&self, query: Query, rays: &[Ray]) -> (Vec<Hit>, Vec<RayCounters>) {
-        match query {
-            Query::Closest => twin::trace::trace_closest(self.bvh, rays),
-            Query::Any => twin::trace::trace_any(self.bvh, rays),
-        }
     }
 }
 
@@ -182,14 +187,15 @@ impl<'a> GpuBench<'a> {
     /// Uploads the scene.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] if it does not fit.
+    /// [`crate::Error::Usage`] for options out of range, [`crate::Error::Device`] if it does not fit.
     pub fn new(
         gpu: &'a Gpu,
         (bvh, tables): (&'a Bvh, &'a Tables),
         frame: Frame,
-        options: TracerOptions,
+        options: &TracerOptions,
     ) -> Result<GpuBench<'a>> {
-        let tracer = Tracer::new(gpu, Geometry::upload(gpu, bvh)?, options)?;
+        let rays = tile_count(frame.width, frame.height).unwrap_or(MOST_RAYS).min(MOST_RAYS);
+        let tracer = Tracer::new(gpu, bvh, options, rays)?;
         Ok(GpuBench { gpu, tracer, bvh, tables, frame })
     }
 
@@ -199,19 +205,13 @@ impl<'a> GpuBench<'a> {
     /// [`crate::Error::Device`] if the driver fails.
     pub fn kernels(&self) -> Result<BTreeMap<&'static str, BTreeMap<String, u64>>> {
         let mut all = BTreeMap::new();
-        for query in [Query::Closest, Query::Any] {
-            let pipeline = self.tracer.pipeline(self.gpu, query, false)?;
+        for pipeline in self.tracer.pipelines(self.gpu, Query::Closest, false, false)? {
             let statistics: BTreeMap<String, u64> = pipeline.statistics().into_iter().collect();
             if !statistics.is_empty() {
                 all.insert(pipeline.kernel().name(), statistics);
             }
         }
         Ok(all)
-    }
-
-    /// Most rays whose buffer still fits a binding.
-    fn most_rays(&self) -> usize {
-        (self.gpu.info().limits.storage_buffer_range / size_of::<Ray>() as u64) as usize
     }
 
     /// Uploads rays, in parts that fit a binding, with room for their hits.
@@ -223,7 +223,7 @@ impl<'a> GpuBench<'a> {
                 count: rays.len() as u32,
             })
         };
-        rays.chunks(self.most_rays()).map(batch).collect()
+        rays.chunks(MOST_RAYS as usize).map(batch).collect()
     }
 
     /// Seconds of one trace of all batches, the mean of `times` in one submission: on the device's clock, and
@@ -233,7 +233,8 @@ impl<'a> GpuBench<'a> {
         let start = Instant::now();
         for _ in 0..times {
             for batch in batches {
-                self.tracer.trace(&mut stream, "trace", query, (&batch.rays, &batch.hits, None), batch.count)?;
+                let buffers = RayBuffers::new(&batch.rays, &batch.hits);
+                self.tracer.trace(&mut stream, "trace", query, &buffers, batch.count)?;
             }
         }
         stream.finish()?;
@@ -253,22 +254,42 @@ struct Batch {
 }
 
 impl Bench for GpuBench<'_> {
-    fn trace(&mut self, kind: RayKind) -> Result<Traced> {
-        let rays = gpu_rays(self.gpu, &self.tracer, (self.bvh, self.tables), &self.frame, kind)?;
-        let (mut hits, mut counters) = (Vec::new(), Vec::new());
-        for rays in rays.chunks(self.most_rays()) {
+    fn rays(&mut self, kind: RayKind) -> Result<Vec<Ray>> {
+        gpu_rays(self.gpu, &self.tracer, (self.bvh, self.tables), &self.frame, kind)
+    }
+
+    fn trace(&mut self, kind: RayKind, rays: &[Ray]) -> Result<Traced> {
+        let mut traced = Traced { hits: Vec::new(), counters: Vec::new(), migration: None };
+        for rays in rays.chunks(MOST_RAYS as usize) {
             let n = rays.len();
             let buffer = self.gpu.upload("rays", rays)?;
             let hit_buffer = self.gpu.buffer("hits", (n * size_of::<Hit>()) as u64, Place::Device)?;
             let counter_buffer = self.gpu.buffer("counters", (n * size_of::<RayCounters>()) as u64, Place::Device)?;
             let mut stream = Stream::new(self.gpu);
-            let buffers = (&buffer, &hit_buffer, Some(&counter_buffer));
-            self.tracer.trace(&mut stream, "trace", kind.query(), buffers, n as u32)?;
+            let buffers = RayBuffers::new(&buffer, &hit_buffer).counted(&counter_buffer);
+            let report = self.tracer.trace(&mut stream, "trace", kind.query(), &buffers, n as u32)?;
             stream.finish()?;
-            hits.extend(self.gpu.download::<Hit>(&hit_buffer, 0..n)?);
-            counters.extend(self.gpu.download::<RayCounters>(&counter_buffer, 0..n)?);
+            traced.hits.extend(self.gpu.download::<Hit>(&hit_buffer, 0..n)?);
+            traced.counters.extend(self.gpu.download::<RayCounters>(&counter_buffer, 0..n)?);
+            traced.migration = match (traced.migration, report) {
+                (Some(mut all), Some(more)) => {
+                    all.append(more);
+                    Some(all)
+                }
+                (all, more) => all.or(more),
+            };
         }
-        Ok(Traced { rays, hits, counters })
+        Ok(traced)
+    }
+
+    fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepTrace> {
+        let mut all = StepTrace::default();
+        for (first, rays) in (0..).step_by(MOST_RAYS as usize).zip(rays.chunks(MOST_RAYS as usize)) {
+            let batch = first..first + rays.len() as u64;
+            let inside = which.iter().filter(|ray| batch.contains(ray)).map(|ray| ray - first).collect();
+            all.append(first, &StepTrace::by_kernels(self.gpu, &self.tracer, kind.query(), rays, inside)?);
+        }
+        Ok(all)
     }
 
     fn time(&mut self, kind: RayKind, rays: &[Ray], runs: usize) -> Result<(Vec<f64>, Vec<f64>)> {

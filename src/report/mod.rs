@@ -6,4 +6,5 @@ pub mod ray_dump;
 pub mod render;
 pub mod scene;
 pub mod statistics;
+pub mod tracing;
 pub mod verify;

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::machine::Machine;
 use super::scene::SceneSummary;
+use super::tracing::Tracing;
 use crate::render::features::Features;
 use crate::render::stages::{KIND_NAMES, RayCounts};
 
@@ -29,6 +30,8 @@ pub struct Report {
     pub max_depth: u32,
     /// Seed of the random numbers.
     pub seed: u32,
+    /// How rays were traced.
+    pub tracing: Tracing,
     /// Parts of the kernels that the scene needs.
     pub features: Features,
     /// Parts that were compiled out.

@@ -1,42 +1,45 @@
 //! Whether a device gives what the twin gives, bit for bit.
 
-use super::bench::{Bench, GpuBench, Traced, TwinBench};
+use super::bench::{Bench, GpuBench, TwinBench};
 use crate::Result;
 use crate::bvh::Bvh;
 use crate::layout::Frame;
 use crate::render::rays::RayKind;
 use crate::scene::tables::Tables;
-use crate::trace::TracerOptions;
 use crate::trace::digest::hits_digest;
 use crate::trace::verify::Verdict;
+use crate::trace::{Strategy, TracerOptions};
 use crate::vulkan::Gpu;
 
-/// Rays, hits (prim, t, u, v) and counters of every kind of ray on the device and on the twin.
+/// Rays, hits (prim, t, u, v) and counters of every kind of ray and strategy on the device and on the twin.
 ///
 /// # Errors
 /// [`crate::Error::Device`] if the device fails.
 pub fn verify_rays(gpu: &Gpu, bvh: &Bvh, tables: &Tables, frame: Frame) -> Result<Vec<Verdict>> {
-    let mut device = GpuBench::new(gpu, (bvh, tables), frame, TracerOptions::default())?;
-    let mut twin = TwinBench { bvh, tables, frame };
     let mut verdicts = Vec::new();
-    for kind in RayKind::ALL {
-        verdicts.extend(compare(kind, &device.trace(kind)?, &twin.trace(kind)?));
+    for strategy in Strategy::ALL {
+        let options = TracerOptions { strategy, ..TracerOptions::default() };
+        let mut device = GpuBench::new(gpu, (bvh, tables), frame, &options)?;
+        let mut twin = TwinBench::new((bvh, tables), frame, &options)?;
+        for kind in RayKind::ALL {
+            let rays = twin.rays(kind)?;
+            let name = format!("{} {}", strategy.name(), kind.name());
+            let verdict = |what: &str, mismatches, digest| Verdict {
+                what: format!("{name} {what}"),
+                cases: rays.len() as u64,
+                mismatches,
+                digest,
+            };
+            verdicts.push(verdict("rays", differing(&device.rays(kind)?, &rays), None));
+            let (on_device, on_twin) = (device.trace(kind, &rays)?, twin.trace(kind, &rays)?);
+            let digest = Some(hits_digest(&on_device.hits));
+            verdicts.push(verdict("hits", differing(&on_device.hits, &on_twin.hits), digest));
+            verdicts.push(verdict("counters", differing(&on_device.counters, &on_twin.counters), None));
+            let rounds = u64::from(on_device.migration != on_twin.migration);
+            verdicts.push(verdict("rounds and SMs", rounds, None));
+        }
     }
     Ok(verdicts)
-}
-
-fn compare(kind: RayKind, device: &Traced, twin: &Traced) -> [Verdict; 3] {
-    let verdict = |what: &str, mismatches, digest| Verdict {
-        what: format!("{} {what}", kind.name()),
-        cases: twin.rays.len() as u64,
-        mismatches,
-        digest,
-    };
-    [
-        verdict("rays", differing(&device.rays, &twin.rays), None),
-        verdict("hits", differing(&device.hits, &twin.hits), Some(hits_digest(&device.hits))),
-        verdict("counters", differing(&device.counters, &twin.counters), None),
-    ]
 }
 
 fn differing<T: bytemuck::Pod>(a: &[T], b: &[T]) -> u64 {

@@ -1,13 +1,24 @@
 //! Rays in, hits and counters out.
 
+pub mod accounting;
 pub mod digest;
 pub mod geometry;
+mod migrator;
+pub mod options;
+pub mod steps;
 pub mod stream;
 pub mod tracer;
+pub mod twin_tracer;
 pub mod verify;
+mod whole_tree;
 
 pub use crate::layout::{Hit, Ray, RayCounters};
+pub use accounting::{MigrationReport, Totals};
 pub use geometry::Geometry;
+pub use migrator::QUOTA;
+pub use options::{MachineOptions, Query, Strategy, TracerOptions};
+pub use steps::StepTrace;
 pub use stream::Stream;
-pub use tracer::{Query, Tracer, TracerOptions};
+pub use tracer::{RayBuffers, StepBuffers, Tracer};
+pub use twin_tracer::TwinTracer;
 pub use verify::{Verdict, verify_arithmetic};

@@ -47,9 +47,36 @@ impl<'g> Stream<'g> {
         count: u32,
     ) -> Result<()> {
         let groups = count.div_ceil(pipeline.kernel().interface().local_size);
+        self.timed(stage, reached, |recorder| recorder.dispatch(pipeline, buffers, bytemuck::bytes_of(push), groups))
+    }
+
+    /// As [`Stream::dispatch`], with the number of workgroups read from a buffer at a byte offset.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch_indirect`].
+    pub fn dispatch_indirect(
+        &mut self,
+        stage: &str,
+        pipeline: &Pipeline,
+        (buffers, reached): (&[&Buffer], &[&Buffer]),
+        push: &impl bytemuck::NoUninit,
+        (groups, offset): (&Buffer, u64),
+    ) -> Result<()> {
+        self.timed(stage, reached, |recorder| {
+            recorder.dispatch_indirect(pipeline, buffers, bytemuck::bytes_of(push), groups, offset)
+        })
+    }
+
+    /// Records a dispatch between timestamps, and a barrier after it.
+    fn timed(
+        &mut self,
+        stage: &str,
+        reached: &[&Buffer],
+        dispatch: impl FnOnce(&mut Recorder) -> Result<()>,
+    ) -> Result<()> {
         let recorder = self.recorder(stage)?;
         recorder.timestamp(stage)?;
-        recorder.dispatch(pipeline, buffers, bytemuck::bytes_of(push), groups)?;
+        dispatch(recorder)?;
         recorder.timestamp(BETWEEN)?;
         recorder.barrier();
         reached.iter().for_each(|buffer| recorder.keep(buffer));

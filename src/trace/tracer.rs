@@ -1,37 +1,54 @@
-//! Strategy `direct` on the device: one invocation a ray, the whole tree.
+//! Rays in, hits out, by any strategy, on the device.
 
-use super::geometry::{Geometry, address};
+use super::accounting::MigrationReport;
+use super::geometry::Geometry;
+use super::migrator::{MigrationKernels, Migrator, QUOTA};
+use super::options::{Query, Strategy, TracerOptions};
 use super::stream::Stream;
+use super::whole_tree::WholeTree;
 use crate::Result;
-use crate::layout::TracePush;
+use crate::bvh::Bvh;
 use crate::shared::*;
-use crate::vulkan::{Buffer, DeviceKind, Gpu, Kernel, Pipeline, Place, Probe};
+use crate::vulkan::{Buffer, DeviceKind, Gpu, Kernel, Pipeline, Probe};
 
-/// Loop iterations kept free below a driver's limit: a leaf, and a stack loaded and stored.
-const LIMIT_MARGIN: u32 = 512;
+/// Loop iterations kept free below a driver's limit: leaves met after the last step (a stack of them, 8
+/// triangles each), and a stack written to a trail and read back.
+const LIMIT_MARGIN: u32 = 1024;
 
-/// Rays of a dispatch that can be suspended: bounds the memory for their stacks to 17 MB.
-const SUSPENDABLE: u32 = 1 << 16;
+/// Most turns of loops that an invocation takes a step; see `glsl/include/traverse.glsl`.
+const TURNS_A_STEP: u32 = 3;
 
-/// What is asked of each ray.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Query {
-    /// The nearest hit.
-    Closest,
-    /// Whether there is any.
-    Any,
+/// Buffers of a batch of rays.
+#[derive(Clone, Copy)]
+pub struct RayBuffers<'b> {
+    /// [`crate::layout::Ray`] each.
+    pub rays: &'b Buffer,
+    /// [`crate::layout::Hit`] each.
+    pub hits: &'b Buffer,
+    /// [`crate::layout::RayCounters`] each, if what rays do is to be counted.
+    pub counters: Option<&'b Buffer>,
+    /// Room for their steps, if these are to be recorded; needs `counters`.
+    pub steps: Option<&'b StepBuffers>,
 }
 
-/// How to trace.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TracerOptions {
-    /// Take the driver's reciprocal as it is, exact or not: what bit identity costs, for benchmarks.
-    pub driver_arithmetic: bool,
-    /// Stop each invocation after about so many loop iterations and go on in another dispatch. Set by
-    /// itself where the driver needs it.
-    pub step_limit: Option<u32>,
-    /// Use the kernels for GPUs on software drivers too: lets tests run both there.
-    pub gpu_kernels: bool,
+/// Room for a step trace.
+pub struct StepBuffers {
+    /// Of each ray: address of its words, low word first, or 0 if it is not recorded.
+    pub starts: Buffer,
+    /// The words.
+    pub words: Buffer,
+}
+
+impl<'b> RayBuffers<'b> {
+    /// Hits alone are wanted.
+    pub fn new(rays: &'b Buffer, hits: &'b Buffer) -> RayBuffers<'b> {
+        RayBuffers { rays, hits, counters: None, steps: None }
+    }
+
+    /// Also what rays do.
+    pub fn counted(self, counters: &'b Buffer) -> RayBuffers<'b> {
+        RayBuffers { counters: Some(counters), ..self }
+    }
 }
 
 /// The trace kernels, ready for one scene.
@@ -40,16 +57,16 @@ pub struct Tracer {
     spec: Vec<(u32, u32)>,
     /// Use the kernels for the lanes of software drivers; see `geometry.glsl` and `traverse.glsl`.
     cpu_lanes: bool,
-    suspension: Option<Suspension>,
-    /// Stands in for buffers that the kernels were compiled not to touch.
-    unused: Buffer,
-    chunk: u32,
+    plan: Plan,
+    workgroup: u32,
+    hardware_sms: bool,
 }
 
-/// Where suspended rays wait.
-struct Suspension {
-    cursors: Buffer,
-    unfinished: Buffer,
+/// What a strategy keeps on the device.
+enum Plan {
+    Direct(WholeTree),
+    Persistent(WholeTree),
+    Migrate(Box<Migrator>),
 }
 
 /// Specialization constants for exact arithmetic on a device.
@@ -62,24 +79,36 @@ pub fn exactness(probe: &Probe) -> [(u32, u32); 3] {
 }
 
 impl Tracer {
-    /// Compiles the kernels for `geometry`.
+    /// Uploads `bvh` and makes room for `most_rays` rays at a time; more are traced in parts.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] if the driver fails.
-    pub fn new(gpu: &Gpu, geometry: Geometry, options: TracerOptions) -> Result<Tracer> {
-        let driver_limit = gpu.probe().loop_limit.map(|limit| limit.saturating_sub(LIMIT_MARGIN).max(1));
-        let step_limit = options.step_limit.or(driver_limit);
+    /// [`crate::Error::Usage`] for options out of range, [`crate::Error::Device`] if the driver fails.
+    pub fn new(gpu: &Gpu, bvh: &Bvh, options: &TracerOptions, most_rays: u32) -> Result<Tracer> {
+        let limited = |limit: u32| (limit.saturating_sub(LIMIT_MARGIN) / TURNS_A_STEP).max(1);
+        let own_limit = (options.strategy == Strategy::Migrate).then_some(QUOTA);
+        let step_limit = options.step_limit.or(own_limit).or(gpu.probe().loop_limit.map(limited));
         let mut spec = exactness(gpu.probe()).to_vec();
         if options.driver_arithmetic {
             spec[0] = (SPEC_RCP_EXACT, 1);
         }
         spec.push((SPEC_STEP_LIMIT, step_limit.unwrap_or(0)));
-        let most = gpu.info().limits.groups.saturating_mul(WARP);
-        let chunk = if step_limit.is_some() { most.min(SUSPENDABLE) } else { most };
-        let suspension = step_limit.map(|_| Suspension::new(gpu)).transpose()?;
-        let cpu_lanes = gpu.info().kind == DeviceKind::Cpu && gpu.info().int64 && !options.gpu_kernels;
-        let unused = gpu.buffer("unused", 16, Place::Device)?;
-        Ok(Tracer { geometry, spec, cpu_lanes, suspension, unused, chunk })
+        let machine = &options.machine;
+        machine.check()?;
+        let most_rays = most_rays.max(1);
+        let whole_tree = |invocations| WholeTree::new(gpu, invocations, step_limit.is_some(), most_rays);
+        let plan = match options.strategy {
+            Strategy::Direct => Plan::Direct(whole_tree(None)?),
+            Strategy::Persistent => Plan::Persistent(whole_tree(Some(machine.invocations()))?),
+            Strategy::Migrate => Plan::Migrate(Box::new(Migrator::new(gpu, bvh, machine, most_rays)?)),
+        };
+        Ok(Tracer {
+            geometry: Geometry::upload(gpu, bvh)?,
+            spec,
+            cpu_lanes: gpu.info().kind == DeviceKind::Cpu && gpu.info().int64 && !options.gpu_kernels,
+            plan,
+            workgroup: machine.warps_per_sm * WARP,
+            hardware_sms: machine.hardware_sms,
+        })
     }
 
     /// The scene on the device.
@@ -87,74 +116,63 @@ impl Tracer {
         &self.geometry
     }
 
-    /// The kernel for a query; a device keeps what it has compiled.
+    /// The kernels that a query runs; a device keeps what it has compiled.
     ///
     /// # Errors
     /// [`crate::Error::Device`] if the driver fails.
-    pub fn pipeline(&self, gpu: &Gpu, query: Query, count: bool) -> Result<Pipeline> {
-        let kernel = match query {
-            Query::Closest if self.cpu_lanes => Kernel::TraceClosestCpu,
-            Query::Any if self.cpu_lanes => Kernel::TraceAnyCpu,
-            Query::Closest => Kernel::TraceClosest,
-            Query::Any => Kernel::TraceAny,
+    pub fn pipelines(&self, gpu: &Gpu, query: Query, count: bool, record: bool) -> Result<Vec<Pipeline>> {
+        let own =
+            [(SPEC_ANY_HIT, (query == Query::Any).into()), (SPEC_COUNT, count.into()), (SPEC_RECORD, record.into())];
+        let mut spec = [&self.spec[..], &own].concat();
+        let lanes = |gpu: Kernel, cpu: Kernel| if self.cpu_lanes { cpu } else { gpu };
+        let kernels: &[Kernel] = match &self.plan {
+            Plan::Direct(_) => &[lanes(Kernel::Direct, Kernel::DirectCpu)],
+            Plan::Persistent(_) => &[lanes(Kernel::Persistent, Kernel::PersistentCpu)],
+            Plan::Migrate(_) => {
+                spec.push((SPEC_WORKGROUP, self.workgroup));
+                match self.hardware_sms {
+                    true => &[Kernel::Schedule, Kernel::MigrateSm],
+                    false => {
+                        &[lanes(Kernel::Schedule, Kernel::ScheduleCpu), lanes(Kernel::Migrate, Kernel::MigrateCpu)]
+                    }
+                }
+            }
         };
-        gpu.pipeline(kernel, &[&self.spec[..], &[(SPEC_COUNT, count.into())]].concat())
+        kernels.iter().map(|&kernel| gpu.pipeline(kernel, &spec)).collect()
     }
 
-    /// Records the tracing of `rays[..count]` into `hits` and, if there is a buffer for them, what each ray
-    /// did into `counters`. Where invocations are limited this also runs the stream, as often as it takes.
+    /// Records the tracing of the first `count` rays into `hits` and the other buffers. Where invocations are
+    /// limited, and with strategy `migrate`, this also runs the stream, as often as it takes. Strategy
+    /// `migrate` reports on it.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] naming `stage`.
+    /// [`crate::Error::Device`] naming `stage`; [`crate::Error::Check`] if rays were lost or doubled.
     pub fn trace(
         &self,
         stream: &mut Stream,
         stage: &str,
         query: Query,
-        (rays, hits, counters): (&Buffer, &Buffer, Option<&Buffer>),
+        buffers: &RayBuffers,
         count: u32,
-    ) -> Result<()> {
-        let pipeline = self.pipeline(stream.gpu(), query, counters.is_some())?;
-        let (cursors, unfinished) = match &self.suspension {
-            Some(suspension) => (&suspension.cursors, &suspension.unfinished),
-            None => (&self.unused, &self.unused),
-        };
-        let buffers = [rays, hits, counters.unwrap_or(&self.unused), cursors, unfinished];
-        let reached = [&self.geometry.nodes, &self.geometry.triangles];
-        for first in (0..count).step_by(self.chunk as usize) {
-            let mut push = TracePush {
-                nodes: address(&self.geometry.nodes),
-                triangles: address(&self.geometry.triangles),
-                scene_low: self.geometry.bounds[0],
-                first,
-                scene_high: self.geometry.bounds[1],
-                count: self.chunk.min(count - first),
-                resume: 0,
-            };
-            loop {
-                if self.suspension.is_some() {
-                    stream.fill(unfinished, 0)?;
-                }
-                stream.dispatch(stage, &pipeline, (&buffers, &reached), &push, push.count)?;
-                let Some(suspension) = &self.suspension else { break };
-                stream.finish()?;
-                if stream.gpu().download::<u32>(&suspension.unfinished, 0..1)?[0] == 0 {
-                    break;
-                }
-                push.resume = 1;
+    ) -> Result<Option<MigrationReport>> {
+        let (count_steps, record) = (buffers.counters.is_some(), buffers.steps.is_some());
+        let pipelines = self.pipelines(stream.gpu(), query, count_steps, record)?;
+        match (&self.plan, &pipelines[..]) {
+            (Plan::Direct(tree) | Plan::Persistent(tree), [pipeline]) => {
+                tree.trace(stream, stage, (pipeline, &self.geometry), buffers, count)?;
+                Ok(None)
             }
+            (Plan::Migrate(migrator), [schedule, migrate]) => {
+                let kernels = MigrationKernels { schedule: schedule.clone(), migrate: migrate.clone() };
+                let most = migrator.most_rays();
+                let parts = (0..count).step_by(most as usize).map(|first| (first, most.min(count - first)));
+                let mut report = MigrationReport::default();
+                for part in parts {
+                    report.append(migrator.trace(stream, stage, (&kernels, &self.geometry), buffers, part)?);
+                }
+                Ok(Some(report))
+            }
+            _ => unreachable!("a strategy has the kernels that it asked for"),
         }
-        Ok(())
-    }
-}
-
-impl Suspension {
-    fn new(gpu: &Gpu) -> Result<Suspension> {
-        // A link, a depth and a stack for each ray.
-        let words = u64::from(STACK_SIZE + 2) * u64::from(SUSPENDABLE);
-        Ok(Suspension {
-            cursors: gpu.buffer("suspended rays", words * 4, Place::Device)?,
-            unfinished: gpu.buffer("unfinished rays", 4, Place::Device)?,
-        })
     }
 }

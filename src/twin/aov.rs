@@ -11,16 +11,27 @@ use crate::shared::{NO_HIT, Z_NOTHING};
 /// Fills `aovs` from the hits of camera rays.
 pub fn aov(stage: Stage, rays: &[Ray], hits: &[Hit], counters: &[RayCounters], aovs: &mut [AovPixel]) {
     aovs.par_iter_mut().zip(rays).zip(hits).zip(counters).for_each(|(((aov, ray), hit), counters)| {
-        *aov = pixel(stage, ray, hit, counters.node_visits as f32);
+        *aov = pixel(stage, ray, hit, counters);
     });
 }
 
-fn pixel(stage: Stage, ray: &Ray, hit: &Hit, steps: f32) -> AovPixel {
-    if !ray.is_live() || !hit.is_hit() {
-        return AovPixel { normal: [0.0; 3], z: Z_NOTHING, albedo: [0.0; 3], prim: NO_HIT, position: [0.0; 3], steps };
+fn pixel(stage: Stage, ray: &Ray, hit: &Hit, counters: &RayCounters) -> AovPixel {
+    let mut pixel = AovPixel {
+        z: Z_NOTHING,
+        prim: NO_HIT,
+        steps: counters.node_visits as f32,
+        migrations: counters.migrations as f32,
+        subtrees: counters.subtrees as f32,
+        ..AovPixel::default()
+    };
+    if ray.is_live() && hit.is_hit() {
+        let s = surface_at(stage, ray, hit);
+        let position = Vec3::from(ray.origin) + Vec3::from(ray.direction) * hit.t;
+        pixel.normal = s.normal.into();
+        pixel.albedo = s.color.into();
+        pixel.prim = hit.prim;
+        pixel.position = position.into();
+        pixel.z = dot3(position - Vec3::from(stage.frame.camera_origin), stage.frame.camera_forward.into());
     }
-    let s = surface_at(stage, ray, hit);
-    let position = Vec3::from(ray.origin) + Vec3::from(ray.direction) * hit.t;
-    let z = dot3(position - Vec3::from(stage.frame.camera_origin), stage.frame.camera_forward.into());
-    AovPixel { normal: s.normal.into(), z, albedo: s.color.into(), prim: hit.prim, position: position.into(), steps }
+    pixel
 }

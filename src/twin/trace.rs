@@ -1,9 +1,10 @@
-//! Twin of `trace.glsl` (`trace_closest.comp`, `trace_any.comp`).
+//! Twin of `trace.glsl`: a ray's way through the whole tree. Strategies `direct` and `persistent` differ in
+//! who takes which ray when, which a CPU decides for itself.
 
 use rayon::prelude::*;
 
 use super::box_test::box_ray;
-use super::traverse::traverse;
+use super::traverse::{Cursor, PreparedRay, StepSink, traverse};
 use super::triangle::shear_of;
 use crate::bvh::Bvh;
 use crate::layout::{Hit, Ray, RayCounters};
@@ -28,22 +29,45 @@ fn trace<const ANY_HIT: bool>(bvh: &Bvh, rays: &[Ray]) -> (Vec<Hit>, Vec<RayCoun
     rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).zip(counters.par_chunks_mut(CHUNK)).for_each(
         |((rays, hits), counters)| {
             for ((ray, hit), counters) in rays.iter().zip(hits).zip(counters) {
-                *hit = trace_ray::<ANY_HIT>(bvh, ray, counters);
+                *hit = trace_ray::<ANY_HIT>(bvh, ray, counters, &mut ());
             }
         },
     );
     (hits, counters)
 }
 
+/// The ray's way: its hit, what it did, and each of its steps.
 #[inline(always)]
-fn trace_ray<const ANY_HIT: bool>(bvh: &Bvh, ray: &Ray, counters: &mut RayCounters) -> Hit {
-    let mut hit = Hit { t: ray.t_max, prim: NO_HIT, u: 0.0, v: 0.0 };
-    if ray.t_max >= ray.t_min {
-        let box_ray = box_ray(ray, bvh.bounds.0, bvh.bounds.1);
-        traverse::<ANY_HIT>(bvh, ray, &box_ray, &shear_of(ray.direction), &mut hit, counters);
+pub fn trace_ray<const ANY_HIT: bool>(
+    bvh: &Bvh,
+    ray: &Ray,
+    counters: &mut RayCounters,
+    sink: &mut impl StepSink,
+) -> Hit {
+    let mut hit = missed(ray);
+    if ray.is_live() {
+        let prepared = prepare(bvh, ray);
+        let tree = (&bvh.nodes[..], &bvh.triangles[..]);
+        traverse::<ANY_HIT>(tree, &prepared, &mut Cursor::at(0), &mut hit, counters, sink, (&mut 0, u32::MAX));
     }
-    if ANY_HIT && hit.prim != NO_HIT {
-        hit = Hit { t: 0.0, prim: 0, u: 0.0, v: 0.0 };
-    }
-    hit
+    finished::<ANY_HIT>(hit)
+}
+
+/// A ray prepared for the boxes and triangles of a scene.
+#[inline(always)]
+pub fn prepare<'a>(bvh: &Bvh, ray: &'a Ray) -> PreparedRay<'a> {
+    let box_ray = box_ray(ray, bvh.bounds.0, bvh.bounds.1);
+    PreparedRay { ray, box_ray, shear: shear_of(ray.direction) }
+}
+
+/// The hit of a ray that has met nothing so far.
+#[inline(always)]
+pub fn missed(ray: &Ray) -> Hit {
+    Hit { t: ray.t_max, prim: NO_HIT, u: 0.0, v: 0.0 }
+}
+
+/// Which triangle an any-hit ray meets depends on the order of visits; that it meets one does not.
+#[inline(always)]
+pub fn finished<const ANY_HIT: bool>(hit: Hit) -> Hit {
+    if ANY_HIT && hit.is_hit() { Hit { t: 0.0, prim: 0, u: 0.0, v: 0.0 } } else { hit }
 }

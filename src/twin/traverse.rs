@@ -1,63 +1,136 @@
-//! Twin of `traverse.glsl`: while-while traversal, nearest child first.
+//! Twin of `traverse.glsl` and `steps.glsl`: while-while traversal, nearest child first.
 
 use super::box_test::{BoxRay, node_spans};
 use super::triangle::{Shear, intersect};
-use crate::bvh::Bvh;
-use crate::layout::{Hit, Ray, RayCounters};
+use crate::layout::{Hit, Node, Ray, RayCounters, Triangle};
 use crate::shared::*;
 
-/// Runs to the end of the tree or, with `ANY_HIT`, to the first hit.
+/// Where a traversal stands: the link to follow next and the links put off.
+pub struct Cursor {
+    /// The link to follow next; [`LINK_DONE`] at the end.
+    pub link: u32,
+    /// Links put off, the first `depth` of them.
+    pub stack: [u32; STACK_SIZE as usize],
+    /// How many.
+    pub depth: usize,
+}
+
+impl Cursor {
+    /// At `link`, with nothing put off.
+    #[inline(always)]
+    pub fn at(link: u32) -> Cursor {
+        Cursor { link, stack: [0; STACK_SIZE as usize], depth: 0 }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self, counters: &mut RayCounters) -> u32 {
+        if self.depth == 0 {
+            return LINK_DONE;
+        }
+        self.depth -= 1;
+        counters.stack_operations += 1;
+        self.stack[self.depth]
+    }
+}
+
+/// Takes the words of a step trace: a node's index, with [`STEP_PUSHED`] if one of its children was put off,
+/// or a leaf's link.
+pub trait StepSink: Default + Send + Sync {
+    /// The ray's next step.
+    fn step(&mut self, word: u32);
+    /// Steps that follow those so far.
+    fn append(&mut self, more: Self);
+}
+
+/// Records nothing, at no cost.
+impl StepSink for () {
+    #[inline(always)]
+    fn step(&mut self, _word: u32) {}
+
+    #[inline(always)]
+    fn append(&mut self, _more: ()) {}
+}
+
+impl StepSink for Vec<u32> {
+    #[inline(always)]
+    fn step(&mut self, word: u32) {
+        self.push(word);
+    }
+
+    fn append(&mut self, more: Vec<u32>) {
+        self.extend(more);
+    }
+}
+
+/// A ray, prepared for tests.
+pub struct PreparedRay<'a> {
+    /// The ray.
+    pub ray: &'a Ray,
+    /// For boxes.
+    pub box_ray: BoxRay,
+    /// For triangles.
+    pub shear: Shear,
+}
+
+/// Whether a link is a node's.
 #[inline(always)]
+pub fn is_node(link: u32) -> bool {
+    link & LEAF_BIT == 0
+}
+
+/// Links of the nearest child that the ray meets before `t`, and of the other, or [`LINK_DONE`].
+#[inline(always)]
+pub fn met_children(node: &Node, ray: &PreparedRay, t: f32) -> (u32, u32) {
+    let spans = node_spans(&ray.box_ray, node, ray.ray.t_min, t);
+    match spans.hits() {
+        (true, true) if spans.swapped() => (node.child[1], node.child[0]),
+        (true, true) => (node.child[0], node.child[1]),
+        (true, false) => (node.child[0], LINK_DONE),
+        (false, true) => (node.child[1], LINK_DONE),
+        (false, false) => (LINK_DONE, LINK_DONE),
+    }
+}
+
+/// Runs until the tree is done, a hit is found (`ANY_HIT`) or `steps` reaches `limit`; `cursor.link` tells:
+/// [`LINK_DONE`], or the node where to go on.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "the kernel's own")]
 pub fn traverse<const ANY_HIT: bool>(
-    bvh: &Bvh,
-    ray: &Ray,
-    box_ray: &BoxRay,
-    shear: &Shear,
+    (nodes, triangles): (&[Node], &[Triangle]),
+    ray: &PreparedRay,
+    cursor: &mut Cursor,
     hit: &mut Hit,
     counters: &mut RayCounters,
+    sink: &mut impl StepSink,
+    (steps, limit): (&mut u32, u32),
 ) {
-    let mut stack = [0u32; STACK_SIZE as usize];
-    let mut depth = 0;
-    let mut link = 0;
-    macro_rules! pop {
-        () => {
-            if depth == 0 {
-                LINK_DONE
-            } else {
-                depth -= 1;
-                stack[depth]
-            }
-        };
-    }
-    while link != LINK_DONE {
-        while link & LEAF_BIT == 0 {
+    while cursor.link != LINK_DONE && !(*steps >= limit && is_node(cursor.link)) {
+        while is_node(cursor.link) && *steps < limit {
+            *steps += 1;
             counters.node_visits += 1;
-            let node = &bvh.nodes[link as usize];
-            let spans = node_spans(box_ray, node, ray.t_min, hit.t);
-            link = match spans.hits() {
-                (true, true) => {
-                    let [first, second] = if spans.swapped() { [node.child[1], node.child[0]] } else { node.child };
-                    stack[depth] = second;
-                    depth += 1;
-                    first
-                }
-                (true, false) => node.child[0],
-                (false, true) => node.child[1],
-                (false, false) => pop!(),
-            };
+            let (near, far) = met_children(&nodes[cursor.link as usize], ray, hit.t);
+            if far != LINK_DONE {
+                sink.step(cursor.link | STEP_PUSHED);
+                counters.stack_operations += 1;
+                cursor.stack[cursor.depth] = far;
+                cursor.depth += 1;
+            } else {
+                sink.step(cursor.link);
+            }
+            cursor.link = if near != LINK_DONE { near } else { cursor.pop(counters) };
         }
-        if link == LINK_DONE {
-            return;
+        if is_node(cursor.link) || cursor.link == LINK_DONE {
+            continue;
         }
-        let first = (link & LEAF_FIRST_MASK) as usize;
-        let count = ((link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK) as usize;
+        sink.step(cursor.link);
+        let first = (cursor.link & LEAF_FIRST_MASK) as usize;
+        let count = ((cursor.link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK) as usize;
+        counters.leaf_visits += 1;
         counters.triangle_tests += count as u32;
-        for triangle in &bvh.triangles[first..first + count] {
-            intersect(ray, box_ray, shear, triangle, hit);
+        *steps += (count as u32).max(1);
+        for triangle in &triangles[first..first + count] {
+            intersect(ray.ray, &ray.box_ray, &ray.shear, triangle, hit);
         }
-        link = pop!();
-        if ANY_HIT && hit.prim != NO_HIT {
-            return;
-        }
+        cursor.link = if ANY_HIT && hit.prim != NO_HIT { LINK_DONE } else { cursor.pop(counters) };
     }
 }

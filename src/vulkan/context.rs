@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use ash::{khr, vk};
+use ash::{khr, nv, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
@@ -36,19 +36,29 @@ impl Context {
     pub fn new(instance: Instance, candidate: Candidate) -> Result<Self> {
         let Candidate { physical, queue_family, timestamp_bits, info } = candidate;
         let has_executables = has_executable_properties(&instance.raw, physical)?;
-        let extensions = [khr::pipeline_executable_properties::NAME.as_ptr()];
+        let mut extensions = Vec::new();
+        if has_executables {
+            extensions.push(khr::pipeline_executable_properties::NAME.as_ptr());
+        }
+        if info.sms.is_some() {
+            extensions.push(nv::shader_sm_builtins::NAME.as_ptr());
+        }
         let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
         let mut address = vk::PhysicalDeviceBufferDeviceAddressFeatures::default().buffer_device_address(true);
         let mut executable =
             vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default().pipeline_executable_info(true);
+        let mut sm = vk::PhysicalDeviceShaderSMBuiltinsFeaturesNV::default().shader_sm_builtins(true);
         let features = vk::PhysicalDeviceFeatures::default().shader_int64(info.int64);
         let mut create = vk::DeviceCreateInfo::default()
             .enabled_features(&features)
             .queue_create_infos(&queues)
-            .enabled_extension_names(&extensions[..usize::from(has_executables)])
+            .enabled_extension_names(&extensions)
             .push_next(&mut address);
         if has_executables {
             create = create.push_next(&mut executable);
+        }
+        if info.sms.is_some() {
+            create = create.push_next(&mut sm);
         }
         // SAFETY: `create` points to live data and asks only for what the device was seen to have.
         let device = unsafe { instance.raw.create_device(physical, &create, None) }

@@ -1,5 +1,7 @@
 //! [`Gpu`]: an open device, and what can be made from it.
 
+use std::borrow::Cow;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::cache::DiskCache;
@@ -10,7 +12,7 @@ use super::pipeline::{Pipeline, PipelineMap};
 use super::probe::{self, Probe};
 use super::recorder::Recorder;
 use super::select::{self, DeviceInfo};
-use crate::Result;
+use crate::{Error, Result};
 
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
@@ -20,6 +22,9 @@ pub struct GpuOptions {
     pub device: Option<String>,
     /// Runs under the Khronos validation layer (core and synchronization validation).
     pub validate: bool,
+    /// A folder whose files `NAME.spv` stand in for the built-in kernels of that name: lets authors of kernels
+    /// try one without a build, and tests plant faults.
+    pub kernels: Option<PathBuf>,
 }
 
 /// An open Vulkan device. Work from several threads is serialised.
@@ -28,6 +33,7 @@ pub struct Gpu {
     pipelines: Mutex<PipelineMap>,
     cache: DiskCache,
     probe: Probe,
+    kernels: Option<PathBuf>,
 }
 
 impl Gpu {
@@ -41,7 +47,13 @@ impl Gpu {
         let candidate = select::choose(select::enumerate(&instance)?, options.device.as_deref())?;
         let context = Arc::new(Context::new(instance, candidate)?);
         let cache = DiskCache::load(&context)?;
-        let mut gpu = Self { context, pipelines: Mutex::default(), cache, probe: Probe::default() };
+        let mut gpu = Self {
+            context,
+            pipelines: Mutex::default(),
+            cache,
+            probe: Probe::default(),
+            kernels: options.kernels.clone(),
+        };
         gpu.probe = probe::run(&gpu)?;
         Ok(gpu)
     }
@@ -66,7 +78,12 @@ impl Gpu {
         if let Some(pipeline) = pipelines.get(&key) {
             return Ok(pipeline.clone());
         }
-        let pipeline = Pipeline::new(&self.context, self.cache.raw(), kernel, spec)?;
+        let replaced = self.kernels.iter().map(|folder| folder.join(kernel.name()).with_extension("spv"));
+        let code = match replaced.into_iter().find(|path| path.exists()) {
+            Some(path) => std::fs::read(&path).map_err(Error::io("read", &path))?.into(),
+            None => Cow::Borrowed(kernel.spirv()),
+        };
+        let pipeline = Pipeline::new(&self.context, self.cache.raw(), (kernel, &code), spec)?;
         pipelines.insert(key, pipeline.clone());
         Ok(pipeline)
     }
@@ -94,7 +111,7 @@ pub fn list_devices() -> Result<Vec<DeviceInfo>> {
 /// A device for unit tests. Without one the test skips aloud; it fails where `CARIBOU_REQUIRE_VULKAN=1`.
 #[cfg(test)]
 pub(crate) fn for_test(validate: bool) -> Option<Gpu> {
-    match Gpu::open(&GpuOptions { device: None, validate }) {
+    match Gpu::open(&GpuOptions { validate, ..GpuOptions::default() }) {
         Ok(gpu) => Some(gpu),
         Err(error) if std::env::var_os("CARIBOU_REQUIRE_VULKAN").is_some_and(|value| value != "0") => {
             panic!("CARIBOU_REQUIRE_VULKAN is set, but: {error}")

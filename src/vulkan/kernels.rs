@@ -54,10 +54,19 @@ kernels! {
     ProbeArithmetic: "probe_arithmetic",  2,        0,          64;
     ProbeLoop:       "probe_loop",        2,        0,          32;
     VerifyExact:     "verify_exact",      2,        8,          256;
-    TraceClosest:    "trace_closest",     5,        52,         32;
-    TraceAny:        "trace_any",         5,        52,         32;
-    TraceClosestCpu: "trace_closest_cpu", 5,        52,         32;
-    TraceAnyCpu:     "trace_any_cpu",     5,        52,         32;
+    Direct:          "direct",            7,        52,         32;
+    DirectCpu:       "direct_cpu",        7,        52,         32;
+    Persistent:      "persistent",        7,        52,         32;
+    PersistentCpu:   "persistent_cpu",    7,        52,         32;
+    Schedule:        "schedule",          8,        116,        32;
+    ScheduleCpu:     "schedule_cpu",      8,        116,        32;
+    Migrate:         "migrate",           8,        116,        1; // a specialization constant
+    MigrateCpu:      "migrate_cpu",       8,        116,        1;
+    MigrateSm:       "migrate_sm",        8,        116,        1;
+    QueueCount:      "queue_count",       3,        16,         32;
+    QueuePrefix:     "queue_prefix",      3,        16,         256;
+    QueueScatter:    "queue_scatter",     4,        16,         32;
+    QueueShares:     "queue_shares",      4,        16,         32;
     Generate:        "generate",          3,        16,         32;
     Light:           "light",             10,       16,         32;
     Gather:          "gather",            5,        16,         32;

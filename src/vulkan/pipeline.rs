@@ -46,7 +46,7 @@ impl Pipeline {
     pub(super) fn new(
         context: &Arc<Context>,
         cache: vk::PipelineCache,
-        kernel: Kernel,
+        (kernel, code): (Kernel, &[u8]),
         spec: &[(u32, u32)],
     ) -> Result<Self> {
         check_limits(context, kernel)?;
@@ -82,7 +82,7 @@ impl Pipeline {
         // SAFETY: see above.
         compiled.layout = unsafe { context.device.create_pipeline_layout(&info, None) }
             .map_err(failed(&stage, "vkCreatePipelineLayout"))?;
-        compiled.raw = compile(context, cache, kernel, spec, compiled.layout, &stage)?;
+        compiled.raw = compile(context, cache, code, spec, compiled.layout, &stage)?;
         Ok(Self(Arc::new(compiled)))
     }
 }
@@ -90,15 +90,16 @@ impl Pipeline {
 fn compile(
     context: &Context,
     cache: vk::PipelineCache,
-    kernel: Kernel,
+    code: &[u8],
     spec: &[(u32, u32)],
     layout: vk::PipelineLayout,
     stage: &str,
 ) -> Result<vk::Pipeline> {
     let words: Vec<u32> =
-        kernel.spirv().chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
+        code.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect();
     let module_info = vk::ShaderModuleCreateInfo::default().code(&words);
-    // SAFETY: the device is alive; the words are SPIR-V that the build compiled for Vulkan 1.2.
+    // SAFETY: the device is alive; the words are SPIR-V that the build compiled for Vulkan 1.2, or for which
+    // the author of `GpuOptions::kernels` vouches.
     let module = unsafe { context.device.create_shader_module(&module_info, None) }
         .map_err(failed(stage, "vkCreateShaderModule"))?;
     let entries: Vec<_> = (0..)

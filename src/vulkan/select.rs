@@ -30,6 +30,8 @@ pub struct DeviceInfo {
     pub subgroup_size: u32,
     /// Whether kernels may use 64-bit integers (feature shaderInt64).
     pub int64: bool,
+    /// Streaming multiprocessors, where kernels can tell which they run on (VK_NV_shader_sm_builtins).
+    pub sms: Option<u32>,
     /// Limits that this program meets.
     pub limits: Limits,
     /// Memory heaps in the driver's order.
@@ -138,7 +140,9 @@ fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
     let mut maintenance = vk::PhysicalDeviceMaintenance3Properties::default();
+    let mut sm = vk::PhysicalDeviceShaderSMBuiltinsPropertiesNV::default();
     let mut properties = vk::PhysicalDeviceProperties2::default()
+        .push_next(&mut sm)
         .push_next(&mut driver)
         .push_next(&mut subgroup)
         .push_next(&mut maintenance);
@@ -182,6 +186,7 @@ fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice
         ),
         subgroup_size: subgroup.subgroup_size,
         int64,
+        sms: Some(sm.shader_sm_count).filter(|&count| count > 0),
         limits: limits(&properties.limits, &maintenance, timestamp_bits),
         heaps: memory
             .memory_heaps_as_slice()

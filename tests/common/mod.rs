@@ -7,8 +7,9 @@ pub mod closed;
 use caribou::bvh::{Bvh, Quality};
 use caribou::layout::{Hit, Ray, RayCounters};
 use caribou::scene::{self, Scene};
-use caribou::trace::{Geometry, Query, Stream, Tracer, TracerOptions};
+use caribou::trace::{MigrationReport, Query, RayBuffers, Stream, Tracer, TracerOptions};
 use caribou::vulkan::{Gpu, GpuOptions, Place};
+use glam::Vec3;
 
 /// The Vulkan device to test on, without validation.
 pub fn gpu() -> Option<Gpu> {
@@ -18,7 +19,7 @@ pub fn gpu() -> Option<Gpu> {
 /// As [`gpu`], with validation if wanted. Skips aloud without a driver, unless `CARIBOU_REQUIRE_VULKAN` forbids it.
 pub fn open(validate: bool) -> Option<Gpu> {
     let device = std::env::var("CARIBOU_DEVICE").ok();
-    match Gpu::open(&GpuOptions { device, validate }) {
+    match Gpu::open(&GpuOptions { device, validate, ..GpuOptions::default() }) {
         Ok(gpu) => Some(gpu),
         Err(error) if std::env::var_os("CARIBOU_REQUIRE_VULKAN").is_some_and(|value| value != "0") => {
             panic!("CARIBOU_REQUIRE_VULKAN is set, but: {error}")
@@ -50,18 +51,49 @@ pub fn trace_on(
     query: Query,
     options: TracerOptions,
 ) -> (Vec<Hit>, Vec<RayCounters>) {
-    let tracer = Tracer::new(gpu, Geometry::upload(gpu, bvh).unwrap(), options).unwrap();
+    let (hits, counters, _) = trace_and_report(gpu, bvh, rays, query, &options);
+    (hits, counters)
+}
+
+/// As [`trace_on`], with the report of strategy `migrate`.
+pub fn trace_and_report(
+    gpu: &Gpu,
+    bvh: &Bvh,
+    rays: &[Ray],
+    query: Query,
+    options: &TracerOptions,
+) -> (Vec<Hit>, Vec<RayCounters>, Option<MigrationReport>) {
     let count = rays.len();
+    let tracer = Tracer::new(gpu, bvh, options, count as u32).unwrap();
     let rays = gpu.upload("rays", rays).unwrap();
     let hits = gpu.buffer("hits", 16 * count as u64, Place::Device).unwrap();
-    let counters = gpu.buffer("counters", 8 * count as u64, Place::Device).unwrap();
+    let counters = gpu.buffer("counters", (size_of::<RayCounters>() * count) as u64, Place::Device).unwrap();
     let mut stream = Stream::new(gpu);
-    tracer.trace(&mut stream, "trace", query, (&rays, &hits, Some(&counters)), count as u32).unwrap();
+    let buffers = RayBuffers::new(&rays, &hits).counted(&counters);
+    let report = tracer.trace(&mut stream, "trace", query, &buffers, count as u32).unwrap();
     stream.finish().unwrap();
-    (gpu.download(&hits, 0..count).unwrap(), gpu.download(&counters, 0..count).unwrap())
+    (gpu.download(&hits, 0..count).unwrap(), gpu.download(&counters, 0..count).unwrap(), report)
 }
 
 /// The kernels that the device would use, and those for GPUs.
 pub fn both_kernels(step_limit: Option<u32>) -> [TracerOptions; 2] {
     [false, true].map(|gpu_kernels| TracerOptions { step_limit, gpu_kernels, ..TracerOptions::default() })
+}
+
+/// Rays from around the scene towards it, axis-parallel ones among them.
+pub fn rays_around(scene: &Scene, count: u32) -> Vec<Ray> {
+    let (low, high) = scene.bounds().unwrap();
+    let (middle, size) = ((low + high) * 0.5, (high - low).length());
+    let direction = |i| caribou::twin::sampling::sphere_direction(caribou::twin::random::random2(7, 0, 0, i));
+    (0..count)
+        .map(|i| {
+            let origin = middle + direction(i) * size * 0.6;
+            let target = middle + direction(i + count) * size * 0.3;
+            let mut d = (target - origin).normalize();
+            if i % 16 == 0 {
+                d = [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z][(i / 16 % 6) as usize];
+            }
+            Ray { origin: (origin - d * size).into(), t_min: 0.0, direction: d.into(), t_max: 3.0 * size }
+        })
+        .collect()
 }

@@ -1,0 +1,9 @@
+// How the queue kernels divide a batch of entries among invocations.
+#ifndef BATCH_GLSL
+#define BATCH_GLSL
+
+Batch batch_of(uint count, uint sms) {
+    uint strip = max((count + WARP * MOST_TILES - 1u) / (WARP * MOST_TILES), LEAST_STRIP);
+    return Batch(count, strip, (count + WARP * strip - 1u) / (WARP * strip), 1u, 1u, count > 0u ? sms : 0u, 1u, 1u);
+}
+#endif

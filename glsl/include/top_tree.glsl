@@ -1,0 +1,53 @@
+// Scheduling: the walk of the top tree, nearest child first, from one subtree to the next. A ray has no
+// stack here, only its trail, so that it can stop and go on anywhere.
+#ifndef TOP_TREE_GLSL
+#define TOP_TREE_GLSL
+#include "traverse.glsl"
+#include "trail.glsl"
+
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Places { uint at[]; };
+
+// Follows `link`, which is a child of the top node `above`, until it is a subtree's, and returns it.
+// LINK_DONE stands for a link that is done, and is returned when nothing is pending any more.
+uint next_subtree(Nodes top, Places places, Ray ray, BoxRay box, float t, uint link, uint above, uint came_from,
+                  inout uvec2 trail, inout RayCounters counters, inout uint steps) {
+    bool walking = link == LINK_DONE ? trail != uvec2(0u) : is_node(link);
+    while (walking) {
+        if (link == LINK_DONE) {
+            uint level = deepest_pending(trail);
+            while (load_place(top, above).y > level) {
+                came_from = above;
+                above = load_place(top, above).x;
+                steps += 1u;
+                if (COUNT) counters.climbs += 1u;
+            }
+            trail = trail_above(trail, level);
+            link = other_child(load_children(top, above), came_from);
+            if (COUNT) {
+                counters.stack_operations += 1u;
+                counters.top_stack_operations += 1u;
+            }
+        }
+        if (is_node(link)) {
+            steps += 1u;
+            above = link;
+            Node node = load_node(top, link);
+            uvec2 met = met_children(node, box, ray.t_min, t);
+            bool both = met.y != LINK_DONE;
+            if (both) trail |= level_bit(load_place(top, link).y);
+            if (COUNT) {
+                counters.node_visits += 1u;
+                counters.top_visits += 1u;
+                if (both) {
+                    counters.stack_operations += 1u;
+                    counters.top_stack_operations += 1u;
+                }
+                if (RECORD) record_step(counters, places.at[link] | (both ? STEP_PUSHED : 0u));
+            }
+            link = met.x;
+        }
+        walking = link == LINK_DONE ? trail != uvec2(0u) : is_node(link);
+    }
+    return link;
+}
+#endif

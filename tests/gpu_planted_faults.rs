@@ -1,0 +1,125 @@
+//! Each fault that migration is guarded against is planted in a kernel once, and found: by the conservation of
+//! rays, or because hits or counters differ from the twin's.
+#![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
+
+mod common;
+#[path = "../build/kernels.rs"]
+mod kernels;
+
+use std::path::Path;
+
+use caribou::layout::{Hit, RayCounters};
+use caribou::trace::{MachineOptions, Query, RayBuffers, Strategy, Stream, Tracer, TracerOptions, TwinTracer};
+use caribou::vulkan::{Gpu, GpuOptions, Place};
+
+/// How a fault shows.
+#[derive(Debug, PartialEq)]
+enum Finding {
+    Nothing,
+    /// The run stopped: rays were not conserved.
+    Conservation,
+    Hits,
+    Counters,
+}
+
+/// Kernels of strategy `migrate`, and the sort.
+const KERNELS: [&str; 8] = [
+    "schedule",
+    "schedule_cpu",
+    "migrate",
+    "migrate_cpu",
+    "queue_count",
+    "queue_prefix",
+    "queue_scatter",
+    "queue_shares",
+];
+
+fn check(file: &str, original: &str, fault: &str) -> Finding {
+    let folder = tempfile::tempdir().unwrap();
+    plant(folder.path(), file, original, fault);
+    let options = GpuOptions { kernels: Some(folder.path().to_owned()), ..GpuOptions::default() };
+    let gpu = Gpu::open(&options).unwrap();
+    let scene = caribou::scene::procedural::build("forest", 4_000, 1).unwrap();
+    let bvh = common::bvh(&scene);
+    let machine = MachineOptions { partition: "bytes:4KiB".parse().unwrap(), sms: 4, ..MachineOptions::default() };
+    let options = TracerOptions { strategy: Strategy::Migrate, machine, ..TracerOptions::default() };
+    let rays = common::rays_around(&scene, 2_000);
+    let twin = TwinTracer::new(&bvh, &options).unwrap().trace(Query::Closest, &rays).unwrap();
+
+    let tracer = Tracer::new(&gpu, &bvh, &options, rays.len() as u32).unwrap();
+    let count = rays.len();
+    let rays = gpu.upload("rays", &rays).unwrap();
+    let hits = gpu.buffer("hits", (size_of::<Hit>() * count) as u64, Place::Device).unwrap();
+    let counters = gpu.buffer("counters", (size_of::<RayCounters>() * count) as u64, Place::Device).unwrap();
+    let buffers = RayBuffers::new(&rays, &hits).counted(&counters);
+    match tracer.trace(&mut Stream::new(&gpu), "trace", Query::Closest, &buffers, count as u32) {
+        Err(error) => {
+            assert!(error.to_string().contains("conservation of rays"), "{error}");
+            assert_eq!(error.exit_code(), 1);
+            Finding::Conservation
+        }
+        Ok(_) if gpu.download::<Hit>(&hits, 0..count).unwrap() != twin.hits => Finding::Hits,
+        Ok(_) if gpu.download::<RayCounters>(&counters, 0..count).unwrap() != twin.counters => Finding::Counters,
+        Ok(report) if report != twin.migration => Finding::Counters,
+        Ok(_) => Finding::Nothing,
+    }
+}
+
+/// Compiles the kernels into `folder` with one text of one file replaced.
+fn plant(folder: &Path, file: &str, original: &str, fault: &str) {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    std::fs::create_dir(folder.join("include")).unwrap();
+    for from in [source.clone(), source.join("include")] {
+        for path in std::fs::read_dir(&from).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file()) {
+            let mut text = std::fs::read_to_string(&path).unwrap();
+            let name = path.strip_prefix(&source).unwrap();
+            if name == Path::new(file) {
+                assert_eq!(text.matches(original).count(), 1, "{file} has once: {original}");
+                text = text.replace(original, fault);
+            }
+            std::fs::write(folder.join(name), text).unwrap();
+        }
+    }
+    for name in KERNELS {
+        kernels::compile(
+            &folder.join(name).with_extension("comp"),
+            &folder.join("include"),
+            &folder.join(name).with_extension("spv"),
+        );
+    }
+}
+
+macro_rules! planted {
+    ($($(#[$about:meta])* $name:ident: $file:literal, $original:literal => $fault:literal, $finding:ident;)*) => {
+        $(
+            $(#[$about])*
+            #[test]
+            fn $name() {
+                if common::gpu().is_some() {
+                    assert_eq!(check($file, $original, $fault), Finding::$finding);
+                }
+            }
+        )*
+    };
+}
+
+planted! {
+    /// The check itself finds nothing where there is nothing.
+    gpu_no_fault: "queue_scatter.comp", "sorted[place] = entry;" => "sorted[place] = entry; ", Nothing;
+    gpu_dropped_record: "queue_scatter.comp",
+        "sorted[place] = entry;" => "if (entry.ray != 777u) sorted[place] = entry;", Conservation;
+    gpu_doubled_record: "queue_scatter.comp",
+        "sorted[place] = entry;" => "if (entry.ray == 777u) entry.ray = entries[0].ray; sorted[place] = entry;", Conservation;
+    gpu_record_in_two_queues: "include/migrate.glsl",
+        "queue[at].subtree = travel.subtree;" => "queue[at].subtree = entry.ray == 777u ? 0u : travel.subtree;", Conservation;
+    gpu_skipped_barrier: "queue_prefix.comp",
+        ": 0u;\n        barrier();" => ": 0u;", Conservation;
+    gpu_wrong_trail: "include/top_tree.glsl",
+        "trail = trail_above(trail, level);" => "trail = trail_above(trail, max(level, 1u) - 1u);", Hits;
+    gpu_stale_best_hit: "include/migrate.glsl",
+        "hits[i] = hit;" => "if (is_end) hits[i] = hit;", Hits;
+    gpu_bypass_that_forgets_to_count: "include/migrate.glsl",
+        "if (stays) counted.bypasses += 1u;" => "if (stays) counted.bypasses += 0u;", Conservation;
+    gpu_wrong_owner: "include/migrate.glsl",
+        "owner == share.sm" => "owner == (share.sm ^ 1u)", Counters;
+}
