@@ -19,8 +19,10 @@ vec2 film_position(uvec2 pixel, uint id) {
 
 Ray camera_ray(vec2 p) {
     vec3 across = frame.camera_right * p.x + frame.camera_up * p.y;
-    if (frame.orthographic != 0u) return Ray(frame.camera_origin + across, 0.0, frame.camera_forward, FAR_AWAY);
-    return Ray(frame.camera_origin, 0.0, normalize3(frame.camera_forward + across), FAR_AWAY);
+    bool parallel = frame.orthographic != 0u;
+    vec3 origin = parallel ? frame.camera_origin + across : frame.camera_origin;
+    vec3 direction = parallel ? frame.camera_forward : normalize3(frame.camera_forward + across);
+    return Ray(floored3(origin, COORDINATE_FLOOR), 0.0, direction, FAR_AWAY);
 }
 
 void main() {

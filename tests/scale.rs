@@ -5,22 +5,19 @@ mod common;
 
 use caribou::bvh::{Bvh, Quality};
 use caribou::layout::{Hit, Ray, RayCounters};
-use caribou::shared::COORDINATE_FLOOR;
+use caribou::scene::floored;
 use caribou::trace::Query;
 use caribou::twin::trace::trace_closest;
 use common::closed::{Closed, meshes, ray};
 use glam::Vec3;
 
 fn scaled(positions: &[[Vec3; 3]], scale: f32) -> Bvh {
-    // As the loader does.
-    let floored = |v: Vec3| Vec3::from(v.to_array().map(|x| if x.abs() < COORDINATE_FLOOR { 0.0 } else { x }));
     let positions: Vec<_> = positions.iter().map(|corners| corners.map(|v| floored(v * scale))).collect();
     Bvh::build(&positions, Quality::Medium).unwrap()
 }
 
 fn scaled_rays(rays: &[Ray], scale: f32) -> Vec<Ray> {
-    let origin = |x: f32| if (x * scale).abs() < COORDINATE_FLOOR { 0.0 } else { x * scale };
-    rays.iter().map(|ray| Ray { origin: ray.origin.map(origin), ..*ray }).collect()
+    rays.iter().map(|ray| Ray { origin: floored(Vec3::from(ray.origin) * scale).into(), ..*ray }).collect()
 }
 
 fn rays(mesh: &Closed) -> Vec<Ray> {

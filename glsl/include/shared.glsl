@@ -53,15 +53,24 @@ const float BOX_SLACK = 9.5367431640625e-7;
 const float ORIGIN_SLACK = 1.1920928955078125e-7;
 // A box's far distance is scaled by 1 + 2 gamma(3) (Ize 2013, section 4).
 const float FAR_PADDING = 1.0000004;
-// Sheared coordinates below this magnitude (2^-40) count as zero. Those left are multiples of 2^-63, so the
-// products of the edge test, their differences and their rounding errors are multiples of 2^-126: zero or
-// normal numbers, which all drivers treat alike.
+// Drivers keep denormal numbers (below 2^-126) or make them zero; the floors from here to PRODUCT_FLOOR see to
+// it that no hit tells which.
+//
+// Coordinates and distances below this magnitude (2^-40) count as zero. Coordinates left, and their differences,
+// are multiples of 2^-63. The loader applies it to vertices, the ray generators to origins.
+const float COORDINATE_FLOOR = 9.094947017729282e-13;
+// Components of a ray's shear below this magnitude (2^-40) count as zero, for all triangles alike. With p and z
+// multiples of 2^-63, p - shear * z is then zero or at least 2^-103: a normal number.
 const float SHEAR_FLOOR = 9.094947017729282e-13;
-// Determinants below this magnitude (2^-120) count as zero, so that their reciprocal is a normal number.
-const float DETERMINANT_FLOOR = 7.52316384526264e-37;
-// Coordinates below this magnitude (2^-100) count as zero: differences of coordinates are then zero or
-// normal numbers. The loader applies it to vertices, the ray generators to origins.
-const float COORDINATE_FLOOR = 7.888609052210118e-31;
+// Edge functions above this magnitude (2^-100) do not depend on denormal products: next to a product as large
+// as the difference, such a one is below half a step. Barycentric weights below it count as zero.
+const float EDGE_FLOOR = 7.888609052210118e-31;
+// Edge functions up to EDGE_FLOOR count as zero, the ray meets the edge, if their products are below this
+// magnitude (2^-75). If not, then the products are equal, and their rounding errors decide, which are multiples
+// of 2^-122. Only triangles which from the ray's origin measure less than 2^-72 can be lost by that.
+const float PRODUCT_FLOOR = 2.6469779601696886e-23;
+// Vectors of which no component reaches this magnitude (2^-100) have no direction.
+const float VECTOR_FLOOR = 7.888609052210118e-31;
 // Smallest argument of exact_sqrt but 0 (2^-78): the residual of its root is then a multiple of 2^-126, not a
 // denormal number. Squared distances below it count as zero.
 const float SQRT_FLOOR = 3.308722450212111e-24;

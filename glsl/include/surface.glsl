@@ -41,11 +41,6 @@ vec3 shading_normal(uint prim, vec3 weights, vec3 geometric) {
     return side > 0.0 ? n : side < 0.0 ? -n : geometric;
 }
 
-vec3 floored3(vec3 v) {
-    return vec3(abs(v.x) < COORDINATE_FLOOR ? 0.0 : v.x, abs(v.y) < COORDINATE_FLOOR ? 0.0 : v.y,
-                abs(v.z) < COORDINATE_FLOOR ? 0.0 : v.z);
-}
-
 Surface surface_at(Ray ray, Hit hit) {
     Triangle triangle = load_triangle(Triangles(frame.triangles), Words(frame.slots).at[hit.prim]);
     vec3 weights = vec3((1.0 - hit.u) - hit.v, hit.u, hit.v);
@@ -57,8 +52,8 @@ Surface surface_at(Ray ray, Hit hit) {
     vec3 offset = geometric * (size * SURFACE_OFFSET);
 
     Surface surface;
-    surface.position = floored3(point + offset);
-    surface.below = floored3(point - offset);
+    surface.position = floored3(point + offset, COORDINATE_FLOOR);
+    surface.below = floored3(point - offset, COORDINATE_FLOOR);
     surface.geometric = geometric;
     surface.normal = shading_normal(hit.prim, weights, geometric);
     surface.material = materials[Words(frame.material_ids).at[hit.prim]];

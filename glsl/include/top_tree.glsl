@@ -15,14 +15,16 @@ uint next_subtree(Nodes top, Places places, Ray ray, BoxRay box, float t, uint l
     while (walking) {
         if (link == LINK_DONE) {
             uint level = deepest_pending(trail);
-            while (load_place(top, above).y > level) {
+            uvec4 links = load_top_links(top, above);
+            while (links.w > level) {
                 came_from = above;
-                above = load_place(top, above).x;
+                above = links.z;
+                links = load_top_links(top, above);
                 steps += 1u;
                 if (COUNT) counters.climbs += 1u;
             }
             trail = trail_above(trail, level);
-            link = other_child(load_children(top, above), came_from);
+            link = other_child(links.xy, came_from);
             if (COUNT) {
                 counters.stack_operations += 1u;
                 counters.top_stack_operations += 1u;
@@ -31,10 +33,10 @@ uint next_subtree(Nodes top, Places places, Ray ray, BoxRay box, float t, uint l
         if (is_node(link)) {
             steps += 1u;
             above = link;
-            Node node = load_node(top, link);
+            Node node = load_top_node(top, link);
             uvec2 met = met_children(node, box, ray.t_min, t);
             bool both = met.y != LINK_DONE;
-            if (both) trail |= level_bit(load_place(top, link).y);
+            if (both) trail |= level_bit(node.level);
             if (COUNT) {
                 counters.node_visits += 1u;
                 counters.top_visits += 1u;

@@ -26,9 +26,10 @@ uint other_child(uvec2 child, uint link) { return child.x == link ? child.y : ch
 uvec2 trail_of_stack(Nodes nodes, uint root, Cursor cursor, uvec2 trail) {
     uint depth = cursor.depth;
     for (uint link = cursor.link; depth > 0u && link != root;) {
-        uint parent = load_place(nodes, link).x;
-        if (stack[depth - 1u] == other_child(load_children(nodes, parent), link)) {
-            trail |= level_bit(load_place(nodes, parent).y);
+        uint parent = load_links(nodes, link).z;
+        uvec4 above = load_links(nodes, parent);
+        if (stack[depth - 1u] == other_child(above.xy, link)) {
+            trail |= level_bit(above.w);
             depth -= 1u;
         }
         link = parent;
@@ -42,10 +43,11 @@ Cursor cursor_of_trail(Nodes nodes, uint root_level, uint link, uvec2 trail) {
     uint depth = uint(bitCount(bits.x) + bitCount(bits.y));
     Cursor cursor = Cursor(link, depth);
     while (depth > 0u) {
-        uint parent = load_place(nodes, link).x;
-        if (is_pending(trail, load_place(nodes, parent).y)) {
+        uint parent = load_links(nodes, link).z;
+        uvec4 above = load_links(nodes, parent);
+        if (is_pending(trail, above.w)) {
             depth -= 1u;
-            stack[depth] = other_child(load_children(nodes, parent), link);
+            stack[depth] = other_child(above.xy, link);
         }
         link = parent;
     }

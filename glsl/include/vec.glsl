@@ -11,11 +11,16 @@ vec3 cross3(vec3 a, vec3 b) {
 
 float max3(vec3 v) { return max(max(v.x, v.y), v.z); }
 
-// Unit vector along v, or zero if v is zero or too short to tell (below 2^-100). Scaled by its largest
+// Numbers below `least` in magnitude as zero.
+float floored(float x, float least) { return abs(x) < least ? 0.0 : x; }
+
+vec3 floored3(vec3 v, float least) { return vec3(floored(v.x, least), floored(v.y, least), floored(v.z, least)); }
+
+// Unit vector along v, or zero if v is zero or too short to tell (VECTOR_FLOOR). Scaled by its largest
 // component first, so that neither tiny nor huge vectors underflow or overflow.
 vec3 normalize3(vec3 v) {
     float largest = max3(abs(v));
-    if (largest < COORDINATE_FLOOR) return vec3(0.0);
+    if (largest < VECTOR_FLOOR) return vec3(0.0);
     v *= exact_rcp(largest);
     return v * exact_rcp(exact_sqrt(dot3(v, v)));
 }

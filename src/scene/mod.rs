@@ -13,13 +13,20 @@ use glam::{Mat4, Vec2, Vec3};
 pub use framing::{framing_camera, select_camera};
 pub use gltf::{load, load_slice};
 
+use crate::shared::COORDINATE_FLOOR;
+
+/// A position with components below [`COORDINATE_FLOOR`] in magnitude as zero: what the triangle test asks of corners.
+pub fn floored(position: Vec3) -> Vec3 {
+    position.map(|x| if x.abs() < COORDINATE_FLOOR { 0.0 } else { x })
+}
+
 /// A scene flattened to world-space triangles. Arrays that run per triangle are parallel; their index
 /// is the *primitive id* that hits carry.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// What the user called it: the file's name or `builtin:NAME`.
     pub name: String,
-    /// World-space corners of each triangle. Finite; components below 2^-100 in magnitude are zero.
+    /// World-space corners of each triangle. Finite; see [`floored`].
     /// Counter-clockwise seen from the front, also in mirrored instances.
     pub positions: Vec<[Vec3; 3]>,
     /// Material of each triangle: an index into `materials`.

@@ -6,7 +6,7 @@ use super::options::MachineOptions;
 use super::stream::Stream;
 use super::tracer::RayBuffers;
 use crate::bvh::{Bvh, Partition};
-use crate::layout::{Batch, MigratePush, QueueEntry, QueuePush, RayCounters, Round, Travel, Visit};
+use crate::layout::{Batch, MigratePush, Node, QueueEntry, QueuePush, RayCounters, Round, Travel, Visit};
 use crate::shared::*;
 use crate::vulkan::{Buffer, Gpu, Kernel, Pipeline, Place};
 use crate::{Error, Result};
@@ -91,7 +91,11 @@ impl Migrator {
         let bits = u32::BITS - (partition.subtrees.len() as u32).saturating_sub(1).leading_zeros();
         Ok(Migrator {
             tables: Tables {
-                top: gpu.upload("top tree", &partition.top)?,
+                // A buffer holds at least a node, so that it can be bound.
+                top: gpu.upload(
+                    "top tree",
+                    if partition.top.is_empty() { &[Node::default()] } else { &partition.top[..] },
+                )?,
                 places: gpu.upload("places of the top tree", &partition.top_places)?,
                 subtrees: gpu.upload("subtrees", &partition.subtrees)?,
                 first_of_sm: gpu.upload("first subtrees", &partition.first_of_sm)?,
@@ -201,7 +205,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     fn schedule(&self, stream: &mut Stream) -> Result<()> {
-        let (push, buffers, reached) = (self.push(0), self.bound(), self.reached());
+        let (push, buffers, reached) = (self.push(0), self.bound(&self.kernels.schedule), self.reached());
         stream.dispatch(self.stage, &self.kernels.schedule, (&buffers, &reached), &push, self.count)
     }
 
@@ -220,7 +224,7 @@ impl Run<'_> {
         for cleared in self.visits.iter().chain(&self.migrator.taken_of_sm) {
             stream.fill(cleared, 0)?;
         }
-        let (push, buffers, reached) = (self.push(round), self.bound(), self.reached());
+        let (push, buffers, reached) = (self.push(round), self.bound(&self.kernels.migrate), self.reached());
         let groups = (&self.migrator.batches, self.batch_offset() + SMS_OFFSET);
         stream.dispatch_indirect(self.stage, &self.kernels.migrate, (&buffers, &reached), &push, groups)
     }
@@ -273,12 +277,12 @@ impl Run<'_> {
         }
     }
 
-    fn bound(&self) -> [&Buffer; 8] {
+    fn bound(&self, pipeline: &Pipeline) -> Vec<&Buffer> {
         let Migrator { travels, batches, rounds, sort, .. } = self.migrator;
         let buffers = self.buffers;
         // Stands in for buffers that the kernels were compiled not to touch.
         let unused = batches;
-        [
+        let mut bound = vec![
             buffers.rays,
             buffers.hits,
             buffers.counters.unwrap_or(unused),
@@ -287,7 +291,11 @@ impl Run<'_> {
             batches,
             rounds,
             buffers.steps.map_or(unused, |steps| &steps.starts),
-        ]
+        ];
+        if pipeline.kernel().interface().texels > 0 {
+            bound.extend([&self.geometry.nodes, &self.geometry.triangles, &self.migrator.tables.top]);
+        }
+        bound
     }
 
     fn reached(&self) -> Vec<&Buffer> {

@@ -101,10 +101,12 @@ impl Tracer {
             Strategy::Persistent => Plan::Persistent(whole_tree(Some(machine.invocations()))?),
             Strategy::Migrate => Plan::Migrate(Box::new(Migrator::new(gpu, bvh, machine, most_rays)?)),
         };
+        let geometry = Geometry::upload(gpu, bvh)?;
+        let fits = geometry.nodes.bytes().max(geometry.triangles.bytes()) <= gpu.info().limits.texel_buffer_range;
         Ok(Tracer {
-            geometry: Geometry::upload(gpu, bvh)?,
+            cpu_lanes: gpu.info().kind == DeviceKind::Cpu && fits && !options.gpu_kernels,
+            geometry,
             spec,
-            cpu_lanes: gpu.info().kind == DeviceKind::Cpu && gpu.info().int64 && !options.gpu_kernels,
             plan,
             workgroup: machine.warps_per_sm * WARP,
             hardware_sms: machine.hardware_sms,

@@ -138,19 +138,23 @@ fn same(host: f32, device: u32) -> bool {
     host.to_bits() == device || (host == 0.0 && f32::from_bits(device) == 0.0)
 }
 
-/// Two factors in the range of sheared coordinates, from [`SHEAR_FLOOR`] to 2^61; one pair in four is at its
-/// low end, where rounding errors are smallest.
+/// Two factors in the range of sheared coordinates, from 2^-103 (see [`SHEAR_FLOOR`]) to 2^61, with a product
+/// from [`PRODUCT_FLOOR`] up; one pair in four is at its low end, where rounding errors are smallest.
 fn factors(i: u32) -> [f32; 2] {
-    let lowest = SHEAR_FLOOR.to_bits() >> 23;
-    let exponents = if i.is_multiple_of(4) { 4 } else { 127 + 61 - lowest };
-    [2 * i, 2 * i + 1].map(|n| {
-        // Finaliser of MurmurHash3, twice for independent mantissa and exponent.
-        let mix = |x: u32| {
-            let x = (x ^ x >> 16).wrapping_mul(0x85eb_ca6b);
-            let x = (x ^ x >> 13).wrapping_mul(0xc2b2_ae35);
-            x ^ x >> 16
-        };
-        let (mantissa, exponent) = (mix(n), mix(n ^ 0x9e37_79b9));
-        f32::from_bits(mantissa & 0x807f_ffff | (lowest + exponent % exponents) << 23)
-    })
+    let exponent = |x: f32| (x.to_bits() >> 23) as i32 - 127;
+    let (lowest, highest) = (exponent(SHEAR_FLOOR * COORDINATE_FLOOR) - 23, 61);
+    // Finaliser of MurmurHash3.
+    let mix = |x: u32| {
+        let x = (x ^ x >> 16).wrapping_mul(0x85eb_ca6b);
+        let x = (x ^ x >> 13).wrapping_mul(0xc2b2_ae35);
+        x ^ x >> 16
+    };
+    // Mantissa and exponent are independent.
+    let number = |n: u32, low: i32, high: i32| {
+        let exponent = low + (mix(n ^ 0x9e37_79b9) % (high - low) as u32) as i32;
+        f32::from_bits(mix(n) & 0x807f_ffff | ((exponent + 127) as u32) << 23)
+    };
+    let a = number(2 * i, lowest, highest);
+    let least = lowest.max(exponent(PRODUCT_FLOOR) - exponent(a.abs()));
+    [a, number(2 * i + 1, least, if i.is_multiple_of(4) { least + 4 } else { highest })]
 }

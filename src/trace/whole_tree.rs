@@ -86,7 +86,7 @@ impl WholeTree {
     ) -> Result<()> {
         // Stands in for buffers that the kernel was compiled not to touch.
         let unused = &self.unfinished;
-        let bound = [
+        let mut bound = vec![
             buffers.rays,
             buffers.hits,
             buffers.counters.unwrap_or(unused),
@@ -96,6 +96,9 @@ impl WholeTree {
             buffers.steps.map_or(unused, |steps| &steps.starts),
         ];
         let mut reached = vec![&geometry.nodes, &geometry.triangles];
+        if pipeline.kernel().interface().texels > 0 {
+            bound.extend(&reached);
+        }
         reached.extend(buffers.steps.map(|steps| &steps.words));
         let invocations = self.invocations.unwrap_or(push.count).min(push.count);
         if self.invocations.is_some() {

@@ -76,9 +76,9 @@ pub fn node_spans(ray: &BoxRay, node: &Node, t_min: f32, t_max: f32) -> Spans {
     spans(ray, [Vec4::from(node.x), Vec4::from(node.y), Vec4::from(node.z)], t_min, t_max)
 }
 
-/// Distance at which the ray enters one box.
+/// Spans of one box, as of two equal children.
 #[inline(always)]
-pub fn box_enter(ray: &BoxRay, low: Vec3, high: Vec3, t_min: f32) -> f32 {
+pub fn box_spans(ray: &BoxRay, low: Vec3, high: Vec3, t_min: f32, t_max: f32) -> Spans {
     let axis = |k: usize| Vec4::new(low[k], high[k], low[k], high[k]);
-    spans(ray, [axis(0), axis(1), axis(2)], t_min, f32::MAX).enter0()
+    spans(ray, [axis(0), axis(1), axis(2)], t_min, t_max)
 }

@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use super::exact::exact_rcp;
 use super::random::random2;
 use super::tiles::tile_pixel;
-use super::vec::normalize3;
+use super::vec::{floored3, normalize3};
 use crate::layout::{Frame, Path, Ray, StagePush};
-use crate::shared::{DIMENSION_CAMERA, FAR_AWAY};
+use crate::shared::{COORDINATE_FLOOR, DIMENSION_CAMERA, FAR_AWAY};
 
 fn film_position(frame: &Frame, pixel: (u32, u32), id: u32, sample: u32) -> Vec2 {
     let jitter = if sample == 0 { Vec2::splat(0.5) } else { random2(frame.seed, id, DIMENSION_CAMERA, sample) };
@@ -25,7 +25,8 @@ fn camera_ray(frame: &Frame, p: Vec2) -> Ray {
         0 => (origin, normalize3(forward + across)),
         _ => (origin + across, forward),
     };
-    Ray { origin: origin.into(), t_min: 0.0, direction: direction.into(), t_max: FAR_AWAY }
+    let origin = floored3(origin, COORDINATE_FLOOR).into();
+    Ray { origin, t_min: 0.0, direction: direction.into(), t_max: FAR_AWAY }
 }
 
 /// Fills `rays` and `paths` with one sample of a batch.

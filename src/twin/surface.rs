@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::texture::texture_color;
-use super::vec::{cross3, dot3, max3, normalize3};
+use super::vec::{cross3, dot3, floored3, max3, normalize3};
 use crate::bvh::Bvh;
 use crate::layout::{Frame, Hit, Material, Ray};
 use crate::scene::tables::Tables;
@@ -65,10 +65,6 @@ fn shading_normal(tables: &Tables, prim: u32, weights: Vec3, geometric: Vec3) ->
     }
 }
 
-fn floored3(v: Vec3) -> Vec3 {
-    v.map(|x| if x.abs() < COORDINATE_FLOOR { 0.0 } else { x })
-}
-
 /// The surface that `ray` meets at `hit`.
 pub fn surface_at(stage: Stage, ray: &Ray, hit: &Hit) -> Surface {
     let triangle = &stage.bvh.triangles[stage.bvh.slots[hit.prim as usize] as usize];
@@ -84,8 +80,8 @@ pub fn surface_at(stage: Stage, ray: &Ray, hit: &Hit) -> Surface {
     let offset = geometric * (size * SURFACE_OFFSET);
     let material = stage.tables.materials[stage.tables.material_ids[hit.prim as usize] as usize];
     Surface {
-        position: floored3(point + offset),
-        below: floored3(point - offset),
+        position: floored3(point + offset, COORDINATE_FLOOR),
+        below: floored3(point - offset, COORDINATE_FLOOR),
         geometric,
         normal: shading_normal(stage.tables, hit.prim, weights, geometric),
         color: Vec3::from(material.base_color) * texture_color(stage.tables, material.texture, hit.prim, weights),

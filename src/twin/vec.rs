@@ -4,7 +4,7 @@
 use glam::Vec3;
 
 use super::exact::{exact_rcp, exact_sqrt};
-use crate::shared::COORDINATE_FLOOR;
+use crate::shared::VECTOR_FLOOR;
 
 /// Dot product, x and y first.
 #[inline(always)]
@@ -24,11 +24,23 @@ pub fn max3(v: Vec3) -> f32 {
     v.x.max(v.y).max(v.z)
 }
 
-/// Unit vector along `v`, or zero if `v` is shorter than about 2^-100.
+/// `x`, or zero if it is below `least` in magnitude.
+#[inline(always)]
+pub fn floored(x: f32, least: f32) -> f32 {
+    if x.abs() < least { 0.0 } else { x }
+}
+
+/// [`floored`] by component.
+#[inline(always)]
+pub fn floored3(v: Vec3, least: f32) -> Vec3 {
+    v.map(|x| floored(x, least))
+}
+
+/// Unit vector along `v`, or zero if `v` is zero or too short to tell ([`VECTOR_FLOOR`]).
 #[inline(always)]
 pub fn normalize3(v: Vec3) -> Vec3 {
     let largest = max3(v.abs());
-    if largest < COORDINATE_FLOOR {
+    if largest < VECTOR_FLOOR {
         return Vec3::ZERO;
     }
     let v = v * exact_rcp(largest);

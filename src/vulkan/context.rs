@@ -48,9 +48,7 @@ impl Context {
         let mut executable =
             vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default().pipeline_executable_info(true);
         let mut sm = vk::PhysicalDeviceShaderSMBuiltinsFeaturesNV::default().shader_sm_builtins(true);
-        let features = vk::PhysicalDeviceFeatures::default().shader_int64(info.int64);
         let mut create = vk::DeviceCreateInfo::default()
-            .enabled_features(&features)
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
             .push_next(&mut address);

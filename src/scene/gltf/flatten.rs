@@ -7,8 +7,7 @@ use super::accessor::Accessors;
 use super::instances::Instance;
 use super::remarks::Remarks;
 use super::source::Source;
-use crate::scene::Scene;
-use crate::shared::COORDINATE_FLOOR;
+use crate::scene::{Scene, floored};
 use crate::{Error, Result};
 
 /// Appends the triangles of all instances to `scene`, whose materials are complete.
@@ -107,8 +106,7 @@ fn append_positions(
 
 /// A position in the world, rounded once; tiny components are 0.
 fn world_position(world: &DAffine3, local: [f32; 3]) -> Vec3 {
-    let position = world.transform_point3(DVec3::from(local.map(f64::from))).as_vec3();
-    Vec3::from(position.to_array().map(|x| if x.abs() < COORDINATE_FLOOR { 0.0 } else { x }))
+    floored(world.transform_point3(DVec3::from(local.map(f64::from))).as_vec3())
 }
 
 fn fault_position(source: &Source, instance: &Instance, at: usize, local: [f32; 3]) -> Error {
@@ -218,6 +216,7 @@ mod tests {
 
     #[test]
     fn tiny_components_become_zero() {
+        use crate::shared::COORDINATE_FLOOR;
         let p = world_position(&DAffine3::IDENTITY, [COORDINATE_FLOOR, -COORDINATE_FLOOR / 2.0, f32::from_bits(1)]);
         assert_eq!(p, Vec3::new(COORDINATE_FLOOR, 0.0, 0.0));
     }

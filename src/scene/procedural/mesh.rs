@@ -1,6 +1,6 @@
 //! The builder that all recipes share: triangles with normals go in, a [`Scene`] comes out.
 
-use crate::scene::{Camera, Light, LightKind, Material, Projection, Scene};
+use crate::scene::{Camera, Light, LightKind, Material, Projection, Scene, floored};
 use glam::{Mat4, Vec2, Vec3};
 
 /// A corner of a triangle, or a point of a parametric surface.
@@ -137,7 +137,7 @@ impl Builder {
 
     /// Adds a triangle, counter-clockwise seen from outside.
     pub fn triangle(&mut self, material: u32, corners: [Vertex; 3]) {
-        self.scene.positions.push(corners.map(|c| c.position));
+        self.scene.positions.push(corners.map(|c| floored(c.position)));
         self.scene.material_ids.push(material);
         if self.smooth {
             self.scene.normals.push(corners.map(|c| c.normal));
