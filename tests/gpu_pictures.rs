@@ -46,7 +46,7 @@ fn gpu_pictures_equal_the_twins() {
     let Some(gpu) = common::gpu() else { return };
     for (name, scene) in scenes() {
         for (indirect, transparent) in [(None, false), (Some(Indirect::Ao), true), (Some(Indirect::None), false)] {
-            let [device, twin] = [Some(&gpu), None].map(|gpu| render(gpu, &scene, indirect, transparent));
+            let [device, twin] = [Some(&*gpu), None].map(|gpu| render(gpu, &scene, indirect, transparent));
             assert_eq!(device.film.differing_pixels(&twin.film), 0, "{name}, {indirect:?}");
             assert_eq!(device.rays, twin.rays, "{name}, {indirect:?}: rays by kind");
             let lit = device.film.colors().iter().filter(|c| c[0] + c[1] + c[2] > 0.0).count();
@@ -80,6 +80,6 @@ fn gpu_pictures_do_not_depend_on_batches() {
     let settings = Settings { width: 500, height: 300, spp: 1, ..settings(&bvh) };
     let features = Features::of(&scene, None);
     let request = Request { bvh: &bvh, tables: &tables, camera: &camera, settings, features, aovs: false };
-    let [device, twin] = [Some(&gpu), None].map(|gpu| picture(gpu, &request, &mut |_| {}).unwrap());
+    let [device, twin] = [Some(&*gpu), None].map(|gpu| picture(gpu, &request, &mut |_| {}).unwrap());
     assert_eq!(device.film.differing_pixels(&twin.film), 0);
 }

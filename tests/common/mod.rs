@@ -10,16 +10,32 @@ use caribou::scene::{self, Scene};
 use caribou::trace::{Geometry, Query, Stream, Tracer, TracerOptions};
 use caribou::vulkan::{Gpu, GpuOptions, Place};
 
-/// The Vulkan device to test on, without validation.
-pub fn gpu() -> Option<Gpu> {
-    open(false)
+/// A device under core and synchronization validation: a test fails on any message.
+pub struct Validated(Gpu);
+
+impl std::ops::Deref for Validated {
+    type Target = Gpu;
+
+    fn deref(&self) -> &Gpu {
+        &self.0
+    }
 }
 
-/// As [`gpu`], with validation if wanted. Skips aloud without a driver, unless `CARIBOU_REQUIRE_VULKAN` forbids it.
-pub fn open(validate: bool) -> Option<Gpu> {
-    let device = std::env::var("CARIBOU_DEVICE").ok();
-    match Gpu::open(&GpuOptions { device, validate }) {
-        Ok(gpu) => Some(gpu),
+impl Drop for Validated {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            assert_eq!(self.0.validation_messages(), [""; 0], "the validation layer complains");
+        }
+    }
+}
+
+/// The Vulkan device to test on, validated where the layer is installed. Skips aloud without a driver, unless
+/// `CARIBOU_REQUIRE_VULKAN` forbids it.
+pub fn gpu() -> Option<Validated> {
+    let open = |validate| Gpu::open(&GpuOptions { device: std::env::var("CARIBOU_DEVICE").ok(), validate });
+    let gpu = open(true).or_else(|error| open(false).inspect(|_| eprintln!("SKIPPED validation: {error}")));
+    match gpu {
+        Ok(gpu) => Some(Validated(gpu)),
         Err(error) if std::env::var_os("CARIBOU_REQUIRE_VULKAN").is_some_and(|value| value != "0") => {
             panic!("CARIBOU_REQUIRE_VULKAN is set, but: {error}")
         }
