@@ -1,6 +1,6 @@
 //! No ray leaves a closed mesh, wherever the mesh is and whatever the ray is aimed at.
 //!
-//! `CARIBOU_WATERTIGHT_RAYS` sets the number of rays, by default five million each on device and twin.
+//! `CARIBOU_WATERTIGHT_RAYS` sets the number of rays, by default ten million each on device and twin.
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 mod common;
@@ -71,7 +71,7 @@ fn scenes(n: i32) -> Vec<(Closed, Bvh)> {
 }
 
 fn leak_no_ray(trace: impl Fn(&Bvh, &[Ray]) -> Vec<Hit>) {
-    let rays = std::env::var("CARIBOU_WATERTIGHT_RAYS").map_or(5_000_000, |n| n.parse().unwrap());
+    let rays = std::env::var("CARIBOU_WATERTIGHT_RAYS").map_or(10_000_000, |n| n.parse().unwrap());
     let mut traced = 0;
     let scenes = scenes(24);
     for first in (0..).step_by(BATCH as usize) {
