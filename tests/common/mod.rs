@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 pub mod closed;
+pub mod exr;
 
 use caribou::bvh::{Bvh, Quality};
 use caribou::layout::{Hit, Ray, RayCounters};
