@@ -21,8 +21,7 @@ fn settings(bvh: &Bvh) -> Settings {
         max_depth: 6,
         seed: 5,
         ao_radius: Settings::default_ao_radius(bvh.bounds),
-        sky: 1.0,
-        transparent: false,
+        ..Settings::default()
     }
 }
 

@@ -69,10 +69,8 @@ impl Tracer {
     pub fn new(gpu: &Gpu, geometry: Geometry, options: TracerOptions) -> Result<Tracer> {
         let driver_limit = gpu.probe().loop_limit.map(|limit| limit.saturating_sub(LIMIT_MARGIN).max(1));
         let step_limit = options.step_limit.or(driver_limit);
-        let mut spec = exactness(gpu.probe()).to_vec();
-        if options.driver_arithmetic {
-            spec[0] = (SPEC_RCP_EXACT, 1);
-        }
+        let exact_reciprocal = gpu.probe().exact_reciprocal || options.driver_arithmetic;
+        let mut spec = exactness(&Probe { exact_reciprocal, ..*gpu.probe() }).to_vec();
         spec.push((SPEC_STEP_LIMIT, step_limit.unwrap_or(0)));
         let most = gpu.info().limits.groups.saturating_mul(WARP);
         let chunk = if step_limit.is_some() { most.min(SUSPENDABLE) } else { most };
