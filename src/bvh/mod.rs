@@ -4,6 +4,7 @@ pub mod build;
 mod coincident;
 mod lay_out;
 pub mod statistics;
+mod ties;
 mod validate;
 
 #[cfg(test)]
