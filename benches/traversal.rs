@@ -88,16 +88,7 @@ fn strategies() -> Vec<(String, TracerOptions)> {
 }
 
 fn rays(kind: RayKind, scene: &Scene, bvh: &Bvh) -> Vec<Ray> {
-    let settings = Settings {
-        width: 1024,
-        height: 768,
-        spp: 1,
-        max_depth: 0,
-        seed: 1,
-        ao_radius: Settings::default_ao_radius(bvh.bounds),
-        sky: 1.0,
-        transparent: false,
-    };
+    let settings = Settings { ao_radius: Settings::default_ao_radius(bvh.bounds), ..Settings::default() };
     let camera = scene::select_camera(scene, None).unwrap_or_else(|error| panic!("{error}"));
     twin_rays(bvh, &Tables::new(scene), &settings.frame(&camera), kind)
 }

@@ -1,11 +1,16 @@
 //! The program as its users meet it: exit codes, messages, files.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod common;
+
 use std::path::Path;
 
 use assert_cmd::Command;
+use common::exr::assert_sound;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
+
+const COLOR: [&str; 3] = ["R", "G", "B"];
 
 fn caribou(arguments: &[&str]) -> assert_cmd::assert::Assert {
     Command::cargo_bin("caribou").unwrap().args(arguments).assert()
@@ -68,38 +73,27 @@ fn bad_usage_is_exit_code_2_and_writes_nothing() {
 
 #[test]
 fn the_twin_renders_every_channel() {
-    let folder = folder();
-    let (exr, png, json) = (folder.path().join("a.exr"), folder.path().join("a.png"), folder.path().join("a.json"));
-    caribou(&[
-        "render",
-        "builtin:gallery",
-        "--twin",
-        "--width",
-        "80",
-        "--height",
-        "60",
-        "--spp",
-        "2",
-        "--aov",
-        "all",
-        "-o",
-        &text(&exr),
-        "--preview",
-        &text(&png),
-        "--preview-aov",
-        "steps",
-        "--json",
-        &text(&json),
-    ])
-    .success()
-    .stdout(contains("Mrays/s").and(contains("twin")));
-    let image = exr::prelude::read_first_flat_layer_from_file(&exr).unwrap();
-    assert_eq!((image.layer_data.size.0, image.layer_data.size.1), (80, 60));
-    let names: Vec<String> = image.layer_data.channel_data.list.iter().map(|c| c.name.to_string()).collect();
-    for name in ["R", "G", "B", "Z", "N.X", "albedo.G", "P.Z", "primId", "steps"] {
-        assert!(names.iter().any(|n| n == name), "{name} in {names:?}");
+    renders_every_channel(&["--twin"]);
+}
+
+#[test]
+fn gpu_renders_every_channel() {
+    if common::gpu().is_some() {
+        renders_every_channel(&[]);
     }
-    assert!(png.exists());
+}
+
+fn renders_every_channel(device: &[&str]) {
+    let folder = folder();
+    let [exr, png, json] = ["a.exr", "a.png", "a.json"].map(|name| text(&folder.path().join(name)));
+    let files = ["-o", &exr, "--preview", &png, "--preview-aov", "steps", "--json", &json];
+    let size = ["--width", "80", "--height", "60", "--spp", "2", "--aov", "all"];
+    caribou(&[&["render", "builtin:gallery"], device, &size, &files].concat())
+        .success()
+        .stdout(contains("Mrays/s").and(contains("device")));
+    let vectors = ["N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B", "P.X", "P.Y", "P.Z"];
+    assert_sound(exr.as_ref(), (80, 60), &[&COLOR[..], &["Z", "primId", "steps"], &vectors].concat());
+    assert!(Path::new(&png).exists());
     let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
     assert_eq!(report["schema"], "caribou-render/1");
     assert_eq!(report["rays"]["primary"], 80 * 60 * 2);
@@ -112,6 +106,7 @@ fn pictures_repeat_and_seeds_differ() {
         let path = folder.path().join(name);
         let size = ["--width", "64", "--height", "48", "--spp", "2", "--depth", "float", "-q"];
         caribou(&[&["render", "--twin", "--seed", seed, "-o", &text(&path)][..], &size].concat()).success().stdout("");
+        assert_sound(&path, (64, 48), &COLOR);
         let image = exr::prelude::read_first_rgba_layer_from_file(
             &path,
             |size, _| vec![[0f32; 3]; size.area()],
@@ -157,6 +152,7 @@ fn procedural_scenes_can_be_written_and_rendered() {
     let (glb, exr) = (text(&folder.path().join("needles.glb")), text(&folder.path().join("needles.exr")));
     caribou(&["scene", "needles", "--triangles", "1000", "-o", &glb]).success().stdout(contains("1000 triangles"));
     caribou(&["render", &glb, "--twin", "--width", "40", "--height", "30", "-o", &exr]).success();
+    assert_sound(exr.as_ref(), (40, 30), &COLOR);
 }
 
 #[test]
@@ -167,4 +163,5 @@ fn empty_scenes_are_rendered() {
     caribou(&["render", &text(&gltf), "--twin", "--width", "8", "--height", "8", "-o", &text(&exr)])
         .success()
         .stdout(contains("0 triangles"));
+    assert_sound(&exr, (8, 8), &COLOR);
 }

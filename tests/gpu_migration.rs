@@ -45,7 +45,7 @@ fn migrate(policy: &str, sms: u32) -> TracerOptions {
 
 fn rays(scene: &Scene, bvh: &Bvh, kind: RayKind, (width, height): (u32, u32)) -> Vec<Ray> {
     let ao_radius = Settings::default_ao_radius(bvh.bounds);
-    let settings = Settings { width, height, spp: 1, max_depth: 0, seed: 1, ao_radius, sky: 1.0, transparent: false };
+    let settings = Settings { width, height, ao_radius, ..Settings::default() };
     let camera = scene::select_camera(scene, None).unwrap();
     twin_rays(bvh, &Tables::new(scene), &settings.frame(&camera), kind)
 }

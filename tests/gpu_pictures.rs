@@ -22,8 +22,7 @@ fn settings(bvh: &Bvh) -> Settings {
         max_depth: 6,
         seed: 5,
         ao_radius: Settings::default_ao_radius(bvh.bounds),
-        sky: 1.0,
-        transparent: false,
+        ..Settings::default()
     }
 }
 
@@ -54,7 +53,7 @@ fn gpu_pictures_equal_the_twins() {
     let Some(gpu) = common::gpu() else { return };
     for (name, scene) in scenes() {
         for light in [(None, false), (Some(Indirect::Ao), true), (Some(Indirect::None), false)] {
-            let [device, twin] = [Some(&gpu), None].map(|gpu| render(gpu, &scene, Strategy::Direct, light));
+            let [device, twin] = [Some(&*gpu), None].map(|gpu| render(gpu, &scene, Strategy::Direct, light));
             assert_eq!(device.film.differing_pixels(&twin.film), 0, "{name}, {light:?}");
             assert_eq!(device.rays, twin.rays, "{name}, {light:?}: rays by kind");
             let lit = device.film.colors().iter().filter(|c| c[0] + c[1] + c[2] > 0.0).count();
@@ -69,7 +68,7 @@ fn gpu_pictures_are_the_same_with_all_strategies() {
     for (name, scene) in scenes() {
         let direct = render(None, &scene, Strategy::Direct, (None, false));
         for strategy in [Strategy::Persistent, Strategy::Migrate] {
-            let [device, twin] = [Some(&gpu), None].map(|gpu| render(gpu, &scene, strategy, (None, false)));
+            let [device, twin] = [Some(&*gpu), None].map(|gpu| render(gpu, &scene, strategy, (None, false)));
             assert_eq!(device.film.differing_pixels(&twin.film), 0, "{name}, {strategy:?}");
             assert_eq!(device.film.colors(), direct.film.colors(), "{name}, {strategy:?}");
             assert_eq!(device.rays, direct.rays, "{name}, {strategy:?}: rays by kind");
@@ -103,6 +102,6 @@ fn gpu_pictures_do_not_depend_on_batches() {
     let settings = Settings { width: 500, height: 300, spp: 1, ..settings(&bvh) };
     let features = Features::of(&scene, None);
     let request = Request { bvh: &bvh, tables: &tables, camera: &camera, settings, features, aovs: false, tracing };
-    let [device, twin] = [Some(&gpu), None].map(|gpu| picture(gpu, &request, &mut |_| {}).unwrap());
+    let [device, twin] = [Some(&*gpu), None].map(|gpu| picture(gpu, &request, &mut |_| {}).unwrap());
     assert_eq!(device.film.differing_pixels(&twin.film), 0);
 }

@@ -1,6 +1,6 @@
 //! No ray leaves a closed mesh, wherever the mesh is and whatever the ray is aimed at.
 //!
-//! `CARIBOU_WATERTIGHT_RAYS` sets the number of rays, by default five million each on device and twin.
+//! `CARIBOU_WATERTIGHT_RAYS` sets the number of rays, by default ten million each on device and twin.
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 mod common;
@@ -9,7 +9,7 @@ use caribou::bvh::{Bvh, Quality};
 use caribou::layout::{Hit, Ray};
 use caribou::trace::{Query, TracerOptions};
 use caribou::twin;
-use common::closed::{Closed, meshes, ray};
+use common::closed::{Closed, close_ray, meshes, ray};
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -21,13 +21,19 @@ const BATCH: u32 = 1 << 18;
 
 #[test]
 fn twin_leaks_no_ray() {
-    leak_no_ray(|bvh, rays| twin::trace::trace_closest(bvh, rays).0);
+    leak_no_ray(&scenes(24), ray, |bvh, rays| twin::trace::trace_closest(bvh, rays).0);
+}
+
+#[test]
+fn twin_leaks_no_ray_that_starts_close_to_an_edge() {
+    leak_no_ray(&large_cube(), close_ray, |bvh, rays| twin::trace::trace_closest(bvh, rays).0);
 }
 
 #[test]
 fn gpu_leaks_no_ray() {
     let Some(gpu) = common::gpu() else { return };
-    leak_no_ray(|bvh, rays| common::trace_on(&gpu, bvh, rays, Query::Closest, TracerOptions::default()).0);
+    let trace = |bvh: &Bvh, rays: &[Ray]| common::trace_on(&gpu, bvh, rays, Query::Closest, TracerOptions::default()).0;
+    leak_no_ray(&scenes(24), ray, trace);
 }
 
 #[test]
@@ -70,12 +76,16 @@ fn scenes(n: i32) -> Vec<(Closed, Bvh)> {
     OFFSETS.into_iter().flat_map(|offset| meshes(n, offset)).map(with_bvh).collect()
 }
 
-fn leak_no_ray(trace: impl Fn(&Bvh, &[Ray]) -> Vec<Hit>) {
-    let rays = std::env::var("CARIBOU_WATERTIGHT_RAYS").map_or(5_000_000, |n| n.parse().unwrap());
+/// A cube around the origin with two triangles a side.
+fn large_cube() -> Vec<(Closed, Bvh)> {
+    scenes(1).into_iter().find(|(mesh, _)| mesh.name == "cube").into_iter().collect()
+}
+
+fn leak_no_ray(scenes: &[(Closed, Bvh)], ray: fn(&Closed, u32) -> Ray, trace: impl Fn(&Bvh, &[Ray]) -> Vec<Hit>) {
+    let rays = std::env::var("CARIBOU_WATERTIGHT_RAYS").map_or(10_000_000, |n| n.parse().unwrap());
     let mut traced = 0;
-    let scenes = scenes(24);
     for first in (0..).step_by(BATCH as usize) {
-        for (mesh, bvh) in &scenes {
+        for (mesh, bvh) in scenes {
             let rays: Vec<Ray> = (first..first + BATCH).into_par_iter().map(|i| ray(mesh, i)).collect();
             let hits = trace(bvh, &rays);
             let leak = hits.iter().position(|hit| !hit.is_hit());

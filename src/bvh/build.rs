@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::coincident::BuildPrimitives;
 use super::lay_out::lay_out;
+use super::ties::untied;
 use crate::layout::{Node, Triangle};
 use crate::shared::{LEAF_BIT, LEAF_FIRST_MASK, MAX_LEAF_TRIANGLES};
 use crate::{Error, Result};
@@ -81,7 +82,7 @@ impl Bvh {
             return Ok(Bvh::empty());
         }
         let primitives = BuildPrimitives::new(positions);
-        let tree = build_bvh2(&primitives.boxes, quality.parameters(), &mut std::time::Duration::default());
+        let tree = build_bvh2(&untied(&primitives.boxes), quality.parameters(), &mut std::time::Duration::default());
         Ok(lay_out(&tree, &primitives, positions))
     }
 

@@ -9,7 +9,7 @@ use obvhs::bvh2::Bvh2;
 use super::build::{Bvh, EMPTY_LEAF, NOWHERE, node};
 use super::coincident::{BuildPrimitives, bounds};
 use crate::layout::{Node, Triangle};
-use crate::shared::{LEAF_BIT, LEAF_COUNT_SHIFT, MAX_LEAF_TRIANGLES, STACK_SIZE};
+use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, MAX_LEAF_TRIANGLES, STACK_SIZE};
 
 /// Levels in which any number of triangles that the layout can hold, 2^27, are halved down to leaves of 8.
 const HALVINGS: usize = 24;
@@ -30,13 +30,12 @@ pub fn lay_out(tree: &Bvh2, primitives: &BuildPrimitives, positions: &[[Vec3; 3]
         triangles: Vec::with_capacity(positions.len()),
     };
     layout.all();
-    let Layout { nodes, triangles, .. } = layout;
+    let Layout { mut nodes, triangles, .. } = layout;
     let mut slots = vec![0; positions.len()];
     for (slot, triangle) in triangles.iter().enumerate() {
         slots[triangle.prim as usize] = slot as u32;
     }
-    let root = tree.nodes[0].aabb();
-    let bounds = (root.min.into(), root.max.into());
+    let bounds = fit(&mut nodes, &triangles);
     Bvh { nodes, triangles, slots, bounds, triangle_count: positions.len() }
 }
 
@@ -111,8 +110,7 @@ impl Layout<'_> {
             }
             Part::Source(index) => {
                 let first = self.tree.nodes[index].first_index as usize;
-                let boxes = [first, first + 1].map(|child| *self.tree.nodes[child].aabb());
-                return (self.inner(boxes), Some([Part::Source(first), Part::Source(first + 1)]));
+                return (self.inner(), Some([Part::Source(first), Part::Source(first + 1)]));
             }
         };
         if range.len() <= MAX_LEAF_TRIANGLES as usize {
@@ -120,8 +118,7 @@ impl Layout<'_> {
         }
         let middle = range.start + range.len() / 2;
         let halves = [range.start..middle, middle..range.end];
-        let boxes = halves.clone().map(|half| self.union(half));
-        (self.inner(boxes), Some(halves.map(Part::Triangles)))
+        (self.inner(), Some(halves.map(Part::Triangles)))
     }
 
     /// Appends all triangles below a node of the source to `order`, neighbours together.
@@ -141,13 +138,8 @@ impl Layout<'_> {
         start..self.order.len()
     }
 
-    fn union(&self, range: Range<usize>) -> Aabb {
-        let boxes = self.order[range].iter().map(|&prim| bounds(&self.positions[prim as usize]));
-        boxes.fold(Aabb::empty(), |all, aabb| all.union(&aabb))
-    }
-
-    fn inner(&mut self, boxes: [Aabb; 2]) -> u32 {
-        self.nodes.push(node(boxes.map(|aabb| ((aabb.min.into(), aabb.max.into()), EMPTY_LEAF))));
+    fn inner(&mut self) -> u32 {
+        self.nodes.push(node([(NOWHERE, EMPTY_LEAF); 2]));
         self.nodes.len() as u32 - 1
     }
 
@@ -164,7 +156,35 @@ impl Layout<'_> {
 
     /// A root for a tree that is one leaf.
     fn lone_leaf(&mut self, link: u32) {
-        let root = self.tree.nodes[0].aabb();
-        self.nodes.push(node([((root.min.into(), root.max.into()), link), (NOWHERE, EMPTY_LEAF)]));
+        self.nodes.push(node([(NOWHERE, link), (NOWHERE, EMPTY_LEAF)]));
     }
+}
+
+/// Gives all nodes their boxes, from the triangles up; returns the scene's. The boxes that the tree was built
+/// over may be larger.
+fn fit(nodes: &mut [Node], triangles: &[Triangle]) -> (Vec3, Vec3) {
+    let mut boxes = vec![Aabb::empty(); nodes.len()];
+    // Children come after their parents.
+    for index in (0..nodes.len()).rev() {
+        let children = nodes[index].child.map(|link| {
+            let aabb = match link & LEAF_BIT {
+                0 => boxes[link as usize],
+                _ => leaf_box(link, triangles),
+            };
+            (aabb, link)
+        });
+        boxes[index] = children[0].0.union(&children[1].0);
+        nodes[index] = node(children.map(|(aabb, link)| match link {
+            EMPTY_LEAF => (NOWHERE, link),
+            _ => ((aabb.min.into(), aabb.max.into()), link),
+        }));
+    }
+    (boxes[0].min.into(), boxes[0].max.into())
+}
+
+fn leaf_box(link: u32, triangles: &[Triangle]) -> Aabb {
+    let first = (link & LEAF_FIRST_MASK) as usize;
+    let count = (link >> LEAF_COUNT_SHIFT & LEAF_COUNT_MASK) as usize;
+    let corners = |t: &Triangle| [t.v0, t.v1, t.v2].map(Vec3::from);
+    triangles[first..first + count].iter().fold(Aabb::empty(), |all, t| all.union(&bounds(&corners(t))))
 }

@@ -5,6 +5,7 @@ mod coincident;
 mod lay_out;
 pub mod partition;
 pub mod statistics;
+mod ties;
 mod validate;
 
 #[cfg(test)]

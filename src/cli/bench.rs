@@ -12,6 +12,7 @@ use crate::atomic_file::check_writable;
 use crate::render::rays::RayKind;
 use crate::render::settings::Settings;
 use crate::report::bench::{Bench as Bencher, GpuBench, Outcome, Report, TwinBench, measure};
+use crate::report::head::Head;
 use crate::report::machine::Machine;
 use crate::report::ray_dump;
 use crate::report::scene::SceneSummary;
@@ -28,10 +29,10 @@ pub struct Bench {
     #[command(flatten)]
     device: DeviceArguments,
     /// Pixels across
-    #[arg(long, default_value_t = 1024)]
+    #[arg(long, default_value_t = Settings::default().width)]
     width: u32,
     /// Pixels down
-    #[arg(long, default_value_t = 768)]
+    #[arg(long, default_value_t = Settings::default().height)]
     height: u32,
     /// Kinds of rays, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_values_t = RayKind::ALL)]
@@ -51,7 +52,7 @@ pub struct Bench {
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     ao_radius: Option<f32>,
     /// Seed of the secondary rays
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = Settings::default().seed)]
     seed: u32,
     /// Also write the report (schema caribou-bench/1) to a file, or to standard output with -
     #[arg(long, value_name = "FILE")]
@@ -159,11 +160,13 @@ impl Bench {
             return Err(Error::Check(format!("validation: {message}")));
         }
         Ok(Report {
-            schema: "caribou-bench/1",
-            machine: Machine::new(gpu.as_ref()),
-            scene: SceneSummary::new(&prepared.scene, bvh),
-            width: self.width,
-            height: self.height,
+            head: Head {
+                schema: "caribou-bench/1",
+                machine: Machine::new(gpu.as_ref()),
+                scene: SceneSummary::new(&prepared.scene, bvh),
+                width: self.width,
+                height: self.height,
+            },
             ao_radius: settings.ao_radius,
             arithmetic: if self.arithmetic == Arithmetic::Driver { "driver" } else { "exact" },
             kernels,
@@ -172,16 +175,7 @@ impl Bench {
     }
 
     fn settings(&self, ao_radius: f32) -> Settings {
-        Settings {
-            width: self.width,
-            height: self.height,
-            spp: 1,
-            max_depth: 0,
-            seed: self.seed,
-            ao_radius,
-            sky: 1.0,
-            transparent: false,
-        }
+        Settings { width: self.width, height: self.height, seed: self.seed, ao_radius, ..Settings::default() }
     }
 
     /// Refuses what cannot be done before any work.
@@ -214,10 +208,8 @@ impl Bench {
 }
 
 fn table(report: &Report) -> String {
-    let mut text = format!(
-        "{}: {} triangles, {} x {}, {}\n\n",
-        report.scene.name, report.scene.triangles, report.width, report.height, report.machine.device
-    );
+    let Head { machine, scene, width, height, .. } = &report.head;
+    let mut text = format!("{}: {} triangles, {width} x {height}, {}\n\n", scene.name, scene.triangles, machine.device);
     let _ = writeln!(
         text,
         "{:<10} {:<8} {:>10} {:>10} {:>22} {:>10} {:>10} {:>6}  hits digest",

@@ -20,6 +20,7 @@ use crate::render::image::{Depth, Image};
 use crate::render::picture::{Picture, Request, picture};
 use crate::render::png::{self, Preview};
 use crate::render::settings::Settings;
+use crate::report::head::Head;
 use crate::report::machine::Machine;
 use crate::report::render::{Report, named};
 use crate::report::scene::SceneSummary;
@@ -47,22 +48,22 @@ pub struct Render {
     #[arg(short, long, value_name = "FILE", default_value = "caribou.exr")]
     output: PathBuf,
     /// Pixels across
-    #[arg(long, default_value_t = 1024)]
+    #[arg(long, default_value_t = Settings::default().width)]
     width: u32,
     /// Pixels down
-    #[arg(long, default_value_t = 768)]
+    #[arg(long, default_value_t = Settings::default().height)]
     height: u32,
     /// Samples a pixel
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = Settings::default().spp)]
     spp: u32,
     /// Most bounces of a path: reflections, refractions and a diffuse bounce
-    #[arg(long, value_name = "N", default_value_t = 8)]
+    #[arg(long, value_name = "N", default_value_t = Settings::default().max_depth)]
     max_depth: u32,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = Settings::default().seed)]
     seed: u32,
     /// Factor on the light of the sky
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = Settings::default().sky, allow_negative_numbers = true)]
     sky: f32,
     /// Leave the sky out of the picture and write coverage as alpha
     #[arg(long)]
@@ -201,11 +202,13 @@ impl Render {
     ) -> Report {
         let rays = picture.rays.iter().sum::<u64>() as f64;
         Report {
-            schema: "caribou-render/1",
-            machine: Machine::new(gpu),
-            scene: SceneSummary::new(&prepared.scene, &prepared.bvh),
-            width: self.width,
-            height: self.height,
+            head: Head {
+                schema: "caribou-render/1",
+                machine: Machine::new(gpu),
+                scene: SceneSummary::new(&prepared.scene, &prepared.bvh),
+                width: self.width,
+                height: self.height,
+            },
             spp: self.spp,
             max_depth: self.max_depth,
             seed: self.seed,
@@ -234,7 +237,7 @@ impl Render {
             world_to_ndc,
             seed: self.seed.into(),
             spp: self.spp,
-            device: report.machine.device.clone(),
+            device: report.head.machine.device.clone(),
             render_seconds: picture.render_seconds,
             statistics: report.attributes(),
         };

@@ -59,7 +59,7 @@ impl Verify {
 
     fn settings(&self, ao_radius: f32) -> Settings {
         let (width, height) = (self.width, self.height);
-        Settings { width, height, spp: 2, max_depth: 8, seed: 1, ao_radius, sky: 1.0, transparent: false }
+        Settings { width, height, spp: 2, ao_radius, ..Settings::default() }
     }
 
     fn compare(&self, gpu: &Gpu, prepared: &Prepared) -> Result<Vec<Verdict>> {

@@ -41,6 +41,22 @@ pub struct Settings {
     pub transparent: bool,
 }
 
+/// What the command line starts from; the length of ambient occlusion rays depends on the scene.
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
+            width: 1024,
+            height: 768,
+            spp: 1,
+            max_depth: 8,
+            seed: 1,
+            ao_radius: 1.0,
+            sky: 1.0,
+            transparent: false,
+        }
+    }
+}
+
 impl Settings {
     /// Ambient occlusion rays of a tenth of the scene's diagonal.
     pub fn default_ao_radius((low, high): (Vec3, Vec3)) -> f32 {

@@ -5,8 +5,7 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::machine::Machine;
-use super::scene::SceneSummary;
+use super::head::Head;
 use super::statistics::Median;
 use super::tracing::Tracing;
 use crate::Result;
@@ -34,16 +33,9 @@ const RUN_SECONDS: f64 = 0.02;
 /// Schema `caribou-bench/1`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// Name and version of this format.
-    pub schema: &'static str,
-    /// The machine.
-    pub machine: Machine,
-    /// The scene.
-    pub scene: SceneSummary,
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
+    /// What it is of.
+    #[serde(flatten)]
+    pub head: Head,
     /// Length of ambient occlusion rays.
     pub ao_radius: f32,
     /// `exact`, or `driver` where reciprocals were taken as the driver rounds them.

@@ -5,8 +5,7 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::machine::Machine;
-use super::scene::SceneSummary;
+use super::head::Head;
 use super::tracing::Tracing;
 use crate::render::features::Features;
 use crate::render::stages::{KIND_NAMES, RayCounts};
@@ -14,16 +13,9 @@ use crate::render::stages::{KIND_NAMES, RayCounts};
 /// Schema `caribou-render/1`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
-    /// Name and version of this format.
-    pub schema: &'static str,
-    /// The machine.
-    pub machine: Machine,
-    /// The scene.
-    pub scene: SceneSummary,
-    /// Pixels across.
-    pub width: u32,
-    /// Pixels down.
-    pub height: u32,
+    /// What it is of.
+    #[serde(flatten)]
+    pub head: Head,
     /// Samples a pixel.
     pub spp: u32,
     /// Most bounces.
@@ -54,14 +46,15 @@ pub fn named(counts: &RayCounts) -> BTreeMap<&'static str, u64> {
 impl Report {
     /// The short text at the end of a run.
     pub fn summary(&self) -> String {
-        let bvh = &self.scene.bvh;
+        let Head { machine, scene, width, height, .. } = &self.head;
+        let bvh = &scene.bvh;
         let mut text = String::new();
-        let _ = writeln!(text, "scene    {}: {} triangles, {} nodes", self.scene.name, bvh.triangles, bvh.nodes);
-        if self.scene.loading.degenerate_triangles > 0 {
-            let _ = writeln!(text, "         {} degenerate triangles", self.scene.loading.degenerate_triangles);
+        let _ = writeln!(text, "scene    {}: {} triangles, {} nodes", scene.name, bvh.triangles, bvh.nodes);
+        if scene.loading.degenerate_triangles > 0 {
+            let _ = writeln!(text, "         {} degenerate triangles", scene.loading.degenerate_triangles);
         }
-        let _ = writeln!(text, "picture  {} x {}, {} spp", self.width, self.height, self.spp);
-        let _ = writeln!(text, "device   {}", self.machine.device);
+        let _ = writeln!(text, "picture  {width} x {height}, {} spp", self.spp);
+        let _ = writeln!(text, "device   {}", machine.device);
         let kinds = KIND_NAMES.iter().filter(|kind| self.rays[*kind] > 0);
         let rays: Vec<String> = kinds.map(|kind| format!("{} {kind}", self.rays[kind])).collect();
         let _ = writeln!(text, "rays     {}", rays.join(", "));
@@ -77,8 +70,8 @@ impl Report {
     pub fn attributes(&self) -> BTreeMap<String, String> {
         let mut all = BTreeMap::new();
         let mut put = |key: &str, value: String| all.insert(key.to_owned(), value);
-        put("triangles", self.scene.bvh.triangles.to_string());
-        put("nodes", self.scene.bvh.nodes.to_string());
+        put("triangles", self.head.scene.bvh.triangles.to_string());
+        put("nodes", self.head.scene.bvh.nodes.to_string());
         put("maxDepth", self.max_depth.to_string());
         put("mraysPerSecond", format!("{:.6}", self.mrays_per_s));
         put("compiledOut", self.compiled_out.join(", "));

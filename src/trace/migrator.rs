@@ -88,14 +88,13 @@ impl Migrator {
             ),
             other => other,
         };
+        // A buffer holds at least a node, so that it can be bound.
+        let nothing = [Node::default()];
+        let top = if partition.top.is_empty() { &nothing[..] } else { &partition.top[..] };
         let bits = u32::BITS - (partition.subtrees.len() as u32).saturating_sub(1).leading_zeros();
         Ok(Migrator {
             tables: Tables {
-                // A buffer holds at least a node, so that it can be bound.
-                top: gpu.upload(
-                    "top tree",
-                    if partition.top.is_empty() { &[Node::default()] } else { &partition.top[..] },
-                )?,
+                top: gpu.upload("top tree", top)?,
                 places: gpu.upload("places of the top tree", &partition.top_places)?,
                 subtrees: gpu.upload("subtrees", &partition.subtrees)?,
                 first_of_sm: gpu.upload("first subtrees", &partition.first_of_sm)?,

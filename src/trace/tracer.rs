@@ -87,10 +87,8 @@ impl Tracer {
         let limited = |limit: u32| (limit.saturating_sub(LIMIT_MARGIN) / TURNS_A_STEP).max(1);
         let own_limit = (options.strategy == Strategy::Migrate).then_some(QUOTA);
         let step_limit = options.step_limit.or(own_limit).or(gpu.probe().loop_limit.map(limited));
-        let mut spec = exactness(gpu.probe()).to_vec();
-        if options.driver_arithmetic {
-            spec[0] = (SPEC_RCP_EXACT, 1);
-        }
+        let exact_reciprocal = gpu.probe().exact_reciprocal || options.driver_arithmetic;
+        let mut spec = exactness(&Probe { exact_reciprocal, ..*gpu.probe() }).to_vec();
         spec.push((SPEC_STEP_LIMIT, step_limit.unwrap_or(0)));
         let machine = &options.machine;
         machine.check()?;

@@ -82,3 +82,55 @@ pub fn box_spans(ray: &BoxRay, low: Vec3, high: Vec3, t_min: f32, t_max: f32) ->
     let axis = |k: usize| Vec4::new(low[k], high[k], low[k], high[k]);
     spans(ray, [axis(0), axis(1), axis(2)], t_min, t_max)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::{Hit, Triangle};
+    use crate::shared::{FAR_AWAY, NO_HIT};
+    use crate::twin::random::random1;
+    use crate::twin::triangle::{intersect, shear_of};
+
+    const LOW: Vec3 = Vec3::new(-1.0, 0.0, -1.0);
+    const HIGH: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+    /// Flat, with an edge in the face x = 0 of its box.
+    const TRIANGLE: Triangle =
+        Triangle { v0: [0.0, 0.0, -1.0], prim: 0, v1: [0.0, 0.0, 1.0], pad1: 0, v2: [-1.0, 0.0, 0.0], pad2: 0 };
+
+    /// Starts close to the edge and passes it outside, by 2^-28 to 2^-8 of the distance to it.
+    fn ray(index: u32) -> Ray {
+        let random = |dimension| random1(1, index, dimension, 0);
+        let target = Vec3::Z * (random(0) - 0.5);
+        let towards = Vec3::new(random(1), random(2), random(3)) * 2.0 - 1.0;
+        let towards = towards * (-4.0 - 12.0 * random(4)).exp2();
+        let origin = target - towards;
+        let outside = Vec3::X * towards.x.abs() * (-8.0 - 20.0 * random(5)).exp2();
+        Ray { origin: origin.into(), t_min: 0.0, direction: (target + outside - origin).into(), t_max: FAR_AWAY }
+    }
+
+    fn is_met(ray: &Ray, box_ray: &BoxRay) -> bool {
+        let axis = |k: usize| Vec4::new(LOW[k], HIGH[k], LOW[k], HIGH[k]);
+        spans(box_ray, [axis(0), axis(1), axis(2)], ray.t_min, ray.t_max).hits().0
+    }
+
+    /// The sheared coordinates of far corners are rounded, which moves an edge by a part of the triangle's size.
+    /// Where the ray starts close to the edge, this is more than `FAR_PADDING` of the distance forgives.
+    #[test]
+    fn no_box_is_missed_whose_triangle_is_hit_and_slack_is_what_it_takes() {
+        let (mut hits, mut missed_without_slack) = (0, 0);
+        for ray in (0..1_000_000).map(ray) {
+            let box_ray = box_ray(&ray, LOW, HIGH);
+            let mut hit = Hit { t: ray.t_max, prim: NO_HIT, u: 0.0, v: 0.0 };
+            intersect(&ray, &box_ray, &shear_of(ray.direction), &TRIANGLE, &mut hit);
+            if hit.is_hit() {
+                hits += 1;
+                assert!(is_met(&ray, &box_ray), "{ray:?}");
+                let without_slack = BoxRay { origin: ray.origin.map(Vec4::splat), ..box_ray };
+                missed_without_slack += u32::from(!is_met(&ray, &without_slack));
+            }
+        }
+        println!("{hits} hits, of which boxes without slack miss {missed_without_slack}");
+        assert!(missed_without_slack > 0, "of {hits} hits");
+    }
+}

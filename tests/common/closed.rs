@@ -87,3 +87,19 @@ pub fn ray(mesh: &Closed, index: u32) -> Ray {
     let direction = if (index / 8).is_multiple_of(2) { direction.normalize() } else { direction };
     Ray { origin: origin.into(), t_min: 0.0, direction: direction.into(), t_max: caribou::shared::FAR_AWAY }
 }
+
+/// Ray `index` from close to a point of an edge of the cube around the origin, and past it by 2^-28 to 2^-8 of the
+/// distance: rounding in far corners moves the edge by more than all else that is rounded.
+pub fn close_ray(cube: &Closed, index: u32) -> Ray {
+    // Not normalised, so that it ends at the point that it is aimed at.
+    let far = ray(cube, index | 8);
+    let state = &mut pcg(!index);
+    let aim = Vec3::from(far.origin) + Vec3::from(far.direction);
+    let towards = Vec3::from(far.direction) * (-4.0 - 8.0 * random(state)).exp2();
+    let past = Vec3::new(random(state), random(state), random(state)) * 2.0 - 1.0;
+    let past = past * towards.length() * (-8.0 - 20.0 * random(state)).exp2();
+    // Farther from the sides than the rounding error of a hit.
+    let inside = 10.0 - towards.length() / 16.0;
+    let origin = (aim - towards).clamp(Vec3::splat(-inside), Vec3::splat(inside));
+    Ray { origin: origin.into(), direction: (aim + past - origin).into(), ..far }
+}

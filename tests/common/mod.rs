@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 pub mod closed;
+pub mod exr;
 
 use caribou::bvh::{Bvh, Quality};
 use caribou::layout::{Hit, Ray, RayCounters};
@@ -11,16 +12,38 @@ use caribou::trace::{MigrationReport, Query, RayBuffers, Stream, Tracer, TracerO
 use caribou::vulkan::{Gpu, GpuOptions, Place};
 use glam::Vec3;
 
-/// The Vulkan device to test on, without validation.
-pub fn gpu() -> Option<Gpu> {
-    open(false)
+/// A device under core and synchronization validation: a test fails on any message.
+pub struct Validated(Gpu);
+
+impl std::ops::Deref for Validated {
+    type Target = Gpu;
+
+    fn deref(&self) -> &Gpu {
+        &self.0
+    }
 }
 
-/// As [`gpu`], with validation if wanted. Skips aloud without a driver, unless `CARIBOU_REQUIRE_VULKAN` forbids it.
-pub fn open(validate: bool) -> Option<Gpu> {
+impl Drop for Validated {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            assert_eq!(self.0.validation_messages(), [""; 0], "the validation layer complains");
+        }
+    }
+}
+
+/// The Vulkan device to test on, validated where the layer is installed. Skips aloud without a driver, unless
+/// `CARIBOU_REQUIRE_VULKAN` forbids it.
+pub fn gpu() -> Option<Validated> {
+    gpu_with(&GpuOptions::default())
+}
+
+/// As [`gpu`], with further options.
+pub fn gpu_with(options: &GpuOptions) -> Option<Validated> {
     let device = std::env::var("CARIBOU_DEVICE").ok();
-    match Gpu::open(&GpuOptions { device, validate, ..GpuOptions::default() }) {
-        Ok(gpu) => Some(gpu),
+    let open = |validate| Gpu::open(&GpuOptions { device: device.clone(), validate, ..options.clone() });
+    let gpu = open(true).or_else(|error| open(false).inspect(|_| eprintln!("SKIPPED validation: {error}")));
+    match gpu {
+        Ok(gpu) => Some(Validated(gpu)),
         Err(error) if std::env::var_os("CARIBOU_REQUIRE_VULKAN").is_some_and(|value| value != "0") => {
             panic!("CARIBOU_REQUIRE_VULKAN is set, but: {error}")
         }
