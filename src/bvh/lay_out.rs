@@ -174,10 +174,12 @@ fn fit(nodes: &mut [Node], triangles: &[Triangle]) -> (Vec3, Vec3) {
             (aabb, link)
         });
         boxes[index] = children[0].0.union(&children[1].0);
-        nodes[index] = node(children.map(|(aabb, link)| match link {
+        let fitted = node(children.map(|(aabb, link)| match link {
             EMPTY_LEAF => (NOWHERE, link),
             _ => ((aabb.min.into(), aabb.max.into()), link),
         }));
+        let Node { parent, level, .. } = nodes[index];
+        nodes[index] = Node { parent, level, ..fitted };
     }
     (boxes[0].min.into(), boxes[0].max.into())
 }
