@@ -3,4 +3,6 @@
 // As trace_any, for the lanes of a software driver.
 #define ANY_HIT true
 #define CPU_LANES
+#define NODE_TEXELS 5
+#define TRIANGLE_TEXELS 6
 #include "trace.glsl"

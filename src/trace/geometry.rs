@@ -4,7 +4,7 @@ use crate::Result;
 use crate::bvh::Bvh;
 use crate::vulkan::{Buffer, Gpu};
 
-/// Nodes and triangles in device memory, reached by address because scenes outgrow bindings.
+/// Nodes and triangles in device memory; see `geometry.glsl` for how kernels reach them.
 pub struct Geometry {
     /// Nodes from the root at 0.
     pub nodes: Buffer,

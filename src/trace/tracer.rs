@@ -77,7 +77,9 @@ impl Tracer {
         let most = gpu.info().limits.groups.saturating_mul(WARP);
         let chunk = if step_limit.is_some() { most.min(SUSPENDABLE) } else { most };
         let suspension = step_limit.map(|_| Suspension::new(gpu)).transpose()?;
-        let cpu_lanes = gpu.info().kind == DeviceKind::Cpu && gpu.info().int64 && !options.gpu_kernels;
+        let texels = gpu.info().limits.texel_buffer_range;
+        let fits = geometry.nodes.bytes().max(geometry.triangles.bytes()) <= texels;
+        let cpu_lanes = gpu.info().kind == DeviceKind::Cpu && fits && !options.gpu_kernels;
         let unused = gpu.buffer("unused", 16, Place::Device)?;
         Ok(Tracer { geometry, spec, cpu_lanes, suspension, unused, chunk })
     }
@@ -119,8 +121,11 @@ impl Tracer {
             Some(suspension) => (&suspension.cursors, &suspension.unfinished),
             None => (&self.unused, &self.unused),
         };
-        let buffers = [rays, hits, counters.unwrap_or(&self.unused), cursors, unfinished];
         let reached = [&self.geometry.nodes, &self.geometry.triangles];
+        let mut buffers = vec![rays, hits, counters.unwrap_or(&self.unused), cursors, unfinished];
+        if self.cpu_lanes {
+            buffers.extend(reached);
+        }
         for first in (0..count).step_by(self.chunk as usize) {
             let mut push = TracePush {
                 nodes: address(&self.geometry.nodes),

@@ -1,8 +1,8 @@
 //! [`Buffer`]: memory of the device.
 
 use std::ptr::NonNull;
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, OnceLock};
 
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -24,7 +24,10 @@ pub enum Place {
     Readback,
 }
 
-/// A storage buffer. Freed when dropped and no longer in a recorder.
+/// Bytes of a texel: four 32-bit integers.
+pub(super) const TEXEL_BYTES: u64 = 16;
+
+/// A storage buffer, which kernels may also read as texels. Freed when dropped and no longer in a recorder.
 pub struct Buffer(pub(super) Arc<Memory>);
 
 /// The buffer's handle and memory.
@@ -36,6 +39,7 @@ pub(super) struct Memory {
     address: u64,
     place: Place,
     allocation: Option<Allocation>,
+    texels: OnceLock<vk::BufferView>,
 }
 
 impl Buffer {
@@ -80,6 +84,7 @@ impl Memory {
         let stage = format!("allocate {label}");
         let info = vk::BufferCreateInfo::default().size(bytes).usage(
             Usage::STORAGE_BUFFER
+                | Usage::UNIFORM_TEXEL_BUFFER
                 | Usage::TRANSFER_SRC
                 | Usage::TRANSFER_DST
                 | Usage::INDIRECT_BUFFER
@@ -89,8 +94,16 @@ impl Memory {
         let raw = unsafe { context.device.create_buffer(&info, None) }.map_err(failed(&stage, "vkCreateBuffer"))?;
         context.allocated().fetch_add(bytes, Ordering::Relaxed);
         // From here on, dropping `memory` undoes what was done.
-        let mut memory =
-            Self { raw, label: label.to_owned(), bytes, context: context.clone(), address: 0, place, allocation: None };
+        let mut memory = Self {
+            raw,
+            label: label.to_owned(),
+            bytes,
+            context: context.clone(),
+            address: 0,
+            place,
+            allocation: None,
+            texels: OnceLock::new(),
+        };
         // SAFETY: `raw` was made from this device.
         let requirements = unsafe { context.device.get_buffer_memory_requirements(raw) };
         let request = AllocationCreateDesc {
@@ -123,6 +136,24 @@ impl Memory {
         allocation.mapped_ptr().filter(|_| coherent).map(NonNull::cast)
     }
 
+    /// The memory as texels, made when first asked for. What is left of it after the last whole texel does not show.
+    pub fn texels(&self) -> Result<vk::BufferView, vk::Result> {
+        if let Some(&view) = self.texels.get() {
+            return Ok(view);
+        }
+        let info = vk::BufferViewCreateInfo::default()
+            .buffer(self.raw)
+            .format(vk::Format::R32G32B32A32_UINT)
+            .range(self.bytes / TEXEL_BYTES * TEXEL_BYTES);
+        // SAFETY: the buffer is bound, with the usage that this needs; all devices read texels of this format.
+        let view = unsafe { self.context.device.create_buffer_view(&info, None) }?;
+        if let Err(second) = self.texels.set(view) {
+            // SAFETY: another thread was first; nothing uses this view.
+            unsafe { self.context.device.destroy_buffer_view(second, None) };
+        }
+        Ok(self.texels.get().copied().unwrap_or(view))
+    }
+
     /// Reading through [`Memory::mapped`] is fast: not so from uncached memory across a bus.
     pub fn reads_fast(&self) -> bool {
         let cached = vk::MemoryPropertyFlags::HOST_CACHED;
@@ -134,7 +165,12 @@ impl Memory {
 impl Drop for Memory {
     fn drop(&mut self) {
         // SAFETY: recorders hold what they use, so no command refers to the buffer any more.
-        unsafe { self.context.device.destroy_buffer(self.raw, None) };
+        unsafe {
+            if let Some(&view) = self.texels.get() {
+                self.context.device.destroy_buffer_view(view, None);
+            }
+            self.context.device.destroy_buffer(self.raw, None);
+        }
         if let Some(allocation) = self.allocation.take()
             && let Err(error) = self.context.allocator().free(allocation)
         {

@@ -41,9 +41,7 @@ impl Context {
         let mut address = vk::PhysicalDeviceBufferDeviceAddressFeatures::default().buffer_device_address(true);
         let mut executable =
             vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default().pipeline_executable_info(true);
-        let features = vk::PhysicalDeviceFeatures::default().shader_int64(info.int64);
         let mut create = vk::DeviceCreateInfo::default()
-            .enabled_features(&features)
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions[..usize::from(has_executables)])
             .push_next(&mut address);

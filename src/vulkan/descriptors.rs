@@ -7,7 +7,7 @@ use ash::vk;
 use super::buffer::Buffer;
 use super::context::Context;
 use super::kernels::MAX_BINDINGS;
-use super::pipeline::Compiled;
+use super::pipeline::{Compiled, descriptor_type};
 
 /// Sets a pool; a recorder with more takes more pools.
 const SETS: u32 = 64;
@@ -23,13 +23,12 @@ impl Descriptors {
         Self { context: context.clone(), pools: Vec::new(), left: 0 }
     }
 
-    /// A set that shows `buffers` at bindings 0, 1, ...
+    /// A set that shows `buffers` at bindings 0, 1, ..., the kernel's last ones as texels.
     pub fn set(&mut self, pipeline: &Compiled, buffers: &[&Buffer]) -> Result<vk::DescriptorSet, vk::Result> {
         let device = &self.context.device;
         if self.left == 0 {
-            let sizes = [vk::DescriptorPoolSize::default()
-                .ty(vk::DescriptorType::STORAGE_BUFFER)
-                .descriptor_count(SETS * MAX_BINDINGS)];
+            let sizes = [vk::DescriptorType::STORAGE_BUFFER, vk::DescriptorType::UNIFORM_TEXEL_BUFFER]
+                .map(|ty| vk::DescriptorPoolSize::default().ty(ty).descriptor_count(SETS * MAX_BINDINGS));
             let info = vk::DescriptorPoolCreateInfo::default().max_sets(SETS).pool_sizes(&sizes);
             // SAFETY: the device is alive; `info` points to live data.
             self.pools.push(unsafe { device.create_descriptor_pool(&info, None) }?);
@@ -45,17 +44,18 @@ impl Descriptors {
             .iter()
             .map(|buffer| [vk::DescriptorBufferInfo::default().buffer(buffer.0.raw).range(buffer.bytes())])
             .collect();
-        let writes: Vec<_> = (0..)
-            .zip(&shown)
-            .map(|(binding, info)| {
-                vk::WriteDescriptorSet::default()
-                    .dst_set(set)
-                    .dst_binding(binding)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                    .buffer_info(info)
-            })
-            .collect();
-        // SAFETY: the set is fresh, and has one storage buffer a binding for each of `buffers` (the
+        let interface = pipeline.kernel.interface();
+        let texels = buffers.iter().skip(interface.bindings as usize).map(|buffer| Ok([buffer.0.texels()?]));
+        let texels = texels.collect::<Result<Vec<_>, vk::Result>>()?;
+        let written = |binding: u32| {
+            let ty = descriptor_type(interface, binding);
+            vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(ty)
+        };
+        let storage = (0..interface.bindings).zip(&shown).map(|(binding, info)| written(binding).buffer_info(info));
+        let texels =
+            (interface.bindings..).zip(&texels).map(|(binding, view)| written(binding).texel_buffer_view(view));
+        let writes: Vec<_> = storage.chain(texels).collect();
+        // SAFETY: the set is fresh, and has one binding of the kind written for each of `buffers` (the
         // recorder compared the counts).
         unsafe { device.update_descriptor_sets(&writes, &[]) };
         Ok(set)

@@ -6,6 +6,8 @@
 pub struct Interface {
     /// Storage buffers: bindings 0, 1, ... of set 0.
     pub bindings: u32,
+    /// Buffers read as texels of four 32-bit integers: the bindings after those.
+    pub texels: u32,
     /// Bytes of push constants.
     pub push_bytes: u32,
     /// Invocations a workgroup (in x).
@@ -13,7 +15,9 @@ pub struct Interface {
 }
 
 macro_rules! kernels {
-    ($($variant:ident: $file:literal, $bindings:literal, $push_bytes:literal, $local_size:literal;)*) => {
+    ($(
+        $variant:ident: $file:literal, $bindings:literal, $texels:literal, $push_bytes:literal, $local_size:literal;
+    )*) => {
         /// A compute kernel of this program.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Kernel {
@@ -33,7 +37,7 @@ macro_rules! kernels {
             pub const fn interface(self) -> Interface {
                 match self {
                     $(Kernel::$variant => Interface {
-                        bindings: $bindings, push_bytes: $push_bytes, local_size: $local_size,
+                        bindings: $bindings, texels: $texels, push_bytes: $push_bytes, local_size: $local_size,
                     },)*
                 }
             }
@@ -50,28 +54,29 @@ macro_rules! kernels {
 
 #[rustfmt::skip]
 kernels! {
-    // variant        file                bindings  push bytes  workgroup
-    ProbeArithmetic: "probe_arithmetic",  2,        0,          64;
-    ProbeLoop:       "probe_loop",        2,        0,          32;
-    VerifyExact:     "verify_exact",      2,        8,          256;
-    TraceClosest:    "trace_closest",     5,        52,         32;
-    TraceAny:        "trace_any",         5,        52,         32;
-    TraceClosestCpu: "trace_closest_cpu", 5,        52,         32;
-    TraceAnyCpu:     "trace_any_cpu",     5,        52,         32;
-    Generate:        "generate",          3,        16,         32;
-    Light:           "light",             10,       16,         32;
-    Gather:          "gather",            5,        16,         32;
-    Shade:           "shade",             7,        16,         32;
-    Resolve:         "resolve",           3,        16,         32;
-    Aov:             "aov",               7,        16,         32;
-    Secondary:       "secondary",         6,        16,         32;
+    // variant        file                storage  texels  push bytes  workgroup
+    ProbeArithmetic: "probe_arithmetic",  2,       0,      0,          64;
+    ProbeLoop:       "probe_loop",        2,       0,      0,          32;
+    VerifyExact:     "verify_exact",      2,       0,      8,          256;
+    TraceClosest:    "trace_closest",     5,       0,      52,         32;
+    TraceAny:        "trace_any",         5,       0,      52,         32;
+    TraceClosestCpu: "trace_closest_cpu", 5,       2,      52,         32;
+    TraceAnyCpu:     "trace_any_cpu",     5,       2,      52,         32;
+    Generate:        "generate",          3,       0,      16,         32;
+    Light:           "light",             10,      0,      16,         32;
+    Gather:          "gather",            5,       0,      16,         32;
+    Shade:           "shade",             7,       0,      16,         32;
+    Resolve:         "resolve",           3,       0,      16,         32;
+    Aov:             "aov",               7,       0,      16,         32;
+    Secondary:       "secondary",         6,       0,      16,         32;
 }
 
 /// Most bindings of any kernel.
 pub(super) const MAX_BINDINGS: u32 = {
     let (mut most, mut i) = (0, 0);
     while i < Kernel::ALL.len() {
-        let bindings = Kernel::ALL[i].interface().bindings;
+        let interface = Kernel::ALL[i].interface();
+        let bindings = interface.bindings + interface.texels;
         most = if bindings > most { bindings } else { most };
         i += 1;
     }
@@ -80,7 +85,7 @@ pub(super) const MAX_BINDINGS: u32 = {
 
 #[cfg(test)]
 mod tests {
-    use rspirv::dr::{Module, Operand};
+    use rspirv::dr::{Instruction, Module, Operand};
     use rspirv::spirv::{Decoration, ExecutionMode, Op, StorageClass};
 
     use super::{Interface, Kernel};
@@ -94,21 +99,26 @@ mod tests {
     }
 
     fn reflect(module: &Module) -> Interface {
-        let mode = |i: &&rspirv::dr::Instruction| i.operands[1] == Operand::ExecutionMode(ExecutionMode::LocalSize);
+        let mode = |i: &&Instruction| i.operands[1] == Operand::ExecutionMode(ExecutionMode::LocalSize);
         let size = &module.execution_modes.iter().find(mode).expect("a fixed workgroup size").operands[2..];
         assert_eq!(&size[1..], [Operand::LiteralBit32(1), Operand::LiteralBit32(1)], "workgroups are lines");
         let mut bindings: Vec<u32> = decorated(module, Decoration::Binding).map(|(_, value)| value).collect();
         bindings.sort_unstable();
         assert_eq!(bindings, Vec::from_iter(0..bindings.len() as u32), "bindings are 0, 1, ...");
         assert!(decorated(module, Decoration::DescriptorSet).all(|(_, set)| set == 0), "there is one set");
-        for (variable, _) in decorated(module, Decoration::Binding) {
-            let is_buffer = module.types_global_values.iter().any(|i| {
-                i.result_id == Some(variable) && i.operands[0] == Operand::StorageClass(StorageClass::StorageBuffer)
-            });
-            assert!(is_buffer, "every binding is a storage buffer");
-        }
+        let of_class = |class: StorageClass| -> Vec<u32> {
+            let is_of_class = |id: u32| {
+                let of_class = |i: &Instruction| i.operands[0] == Operand::StorageClass(class);
+                module.types_global_values.iter().any(|i| i.result_id == Some(id) && of_class(i))
+            };
+            decorated(module, Decoration::Binding).filter(|&(id, _)| is_of_class(id)).map(|(_, at)| at).collect()
+        };
+        let (storage, texels) = (of_class(StorageClass::StorageBuffer), of_class(StorageClass::UniformConstant));
+        assert_eq!(storage.len() + texels.len(), bindings.len(), "every binding is a storage or a texel buffer");
+        assert!(storage.iter().max() < texels.iter().min() || texels.is_empty(), "texel buffers come last");
         Interface {
-            bindings: bindings.len() as u32,
+            bindings: storage.len() as u32,
+            texels: texels.len() as u32,
             push_bytes: push_bytes(module),
             local_size: size[0].unwrap_literal_bit32(),
         }

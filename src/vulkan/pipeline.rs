@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::context::Context;
 use super::error::failed;
-use super::kernels::Kernel;
+use super::kernels::{Interface, Kernel};
 use crate::{Error, Result};
 
 /// Pipelines by kernel and specialization constants.
@@ -59,11 +59,12 @@ impl Pipeline {
             set_layout: vk::DescriptorSetLayout::null(),
             context: context.clone(),
         };
-        let bindings: Vec<_> = (0..kernel.interface().bindings)
+        let takes = kernel.interface();
+        let bindings: Vec<_> = (0..takes.bindings + takes.texels)
             .map(|binding| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(binding)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .descriptor_type(descriptor_type(takes, binding))
                     .descriptor_count(1)
                     .stage_flags(vk::ShaderStageFlags::COMPUTE)
             })
@@ -73,9 +74,7 @@ impl Pipeline {
         compiled.set_layout = unsafe { context.device.create_descriptor_set_layout(&info, None) }
             .map_err(failed(&stage, "vkCreateDescriptorSetLayout"))?;
         let set_layouts = [compiled.set_layout];
-        let push = [vk::PushConstantRange::default()
-            .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            .size(kernel.interface().push_bytes)];
+        let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(takes.push_bytes)];
         let info = vk::PipelineLayoutCreateInfo::default()
             .set_layouts(&set_layouts)
             .push_constant_ranges(if push[0].size == 0 { &[] } else { &push });
@@ -84,6 +83,14 @@ impl Pipeline {
             .map_err(failed(&stage, "vkCreatePipelineLayout"))?;
         compiled.raw = compile(context, cache, kernel, spec, compiled.layout, &stage)?;
         Ok(Self(Arc::new(compiled)))
+    }
+}
+
+/// What a kernel has at a binding.
+pub(super) fn descriptor_type(interface: Interface, binding: u32) -> vk::DescriptorType {
+    match binding < interface.bindings {
+        true => vk::DescriptorType::STORAGE_BUFFER,
+        false => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
     }
 }
 
@@ -150,6 +157,7 @@ fn check_limits(context: &Context, kernel: Kernel) -> Result<()> {
     let (needs, limits) = (kernel.interface(), &context.info.limits);
     let checks = [
         ("storage buffers", needs.bindings, limits.storage_buffers),
+        ("texel buffers", needs.texels, limits.texel_buffers),
         ("bytes of push constants", needs.push_bytes, limits.push_constants),
         ("invocations a workgroup", needs.local_size, limits.group_invocations),
     ];

@@ -217,8 +217,9 @@ impl Recorder {
     fn bind(&mut self, pipeline: &Pipeline, buffers: &[&Buffer], push: &[u8]) -> Result<()> {
         let kernel = pipeline.kernel();
         let (name, takes) = (kernel.name(), kernel.interface());
-        if buffers.len() != takes.bindings as usize {
-            return Err(Error::Check(format!("{name} takes {} buffers, not {}", takes.bindings, buffers.len())));
+        let bindings = takes.bindings + takes.texels;
+        if buffers.len() != bindings as usize {
+            return Err(Error::Check(format!("{name} takes {bindings} buffers, not {}", buffers.len())));
         }
         if push.len() != takes.push_bytes as usize {
             return Err(Error::Check(format!(
@@ -230,9 +231,11 @@ impl Recorder {
         if !Arc::ptr_eq(&pipeline.0.context, &self.context) {
             return Err(Error::Check(format!("{name} was compiled for another device")));
         }
-        let range = self.context.info.limits.storage_buffer_range;
-        for buffer in buffers {
+        let limits = &self.context.info.limits;
+        for (binding, buffer) in buffers.iter().enumerate() {
             self.within(buffer, 0, buffer.bytes())?;
+            let texels = binding >= takes.bindings as usize;
+            let range = if texels { limits.texel_buffer_range } else { limits.storage_buffer_range };
             if buffer.bytes() > range {
                 return Err(Error::device(
                     &self.stage,

@@ -5,6 +5,7 @@ use std::ffi::CStr;
 use ash::vk;
 use serde::Serialize;
 
+use super::buffer::TEXEL_BYTES;
 use super::error::failed;
 use super::instance::{API_VERSION, Instance};
 use crate::{Error, Result};
@@ -28,8 +29,6 @@ pub struct DeviceInfo {
     pub api_version: String,
     /// Invocations a subgroup.
     pub subgroup_size: u32,
-    /// Whether kernels may use 64-bit integers (feature shaderInt64).
-    pub int64: bool,
     /// Limits that this program meets.
     pub limits: Limits,
     /// Memory heaps in the driver's order.
@@ -72,6 +71,10 @@ pub struct Limits {
     pub storage_buffer_range: u64,
     /// Most storage buffers a kernel binds.
     pub storage_buffers: u32,
+    /// Most bytes a binding of texels shows.
+    pub texel_buffer_range: u64,
+    /// Most buffers of texels a kernel binds.
+    pub texel_buffers: u32,
     /// Most bytes of one memory allocation.
     pub allocation: u64,
     /// Most workgroups a dispatch (in x).
@@ -154,7 +157,7 @@ fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice
             instance.get_physical_device_queue_family_properties(physical),
         )
     };
-    let (properties, int64) = (properties.properties, features.features.shader_int64 == vk::TRUE);
+    let properties = properties.properties;
     let family = compute_family(&families);
     let timestamp_bits = family.map_or(0, |family| families[family as usize].timestamp_valid_bits);
     let version = properties.api_version;
@@ -181,7 +184,6 @@ fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice
             vk::api_version_patch(version)
         ),
         subgroup_size: subgroup.subgroup_size,
-        int64,
         limits: limits(&properties.limits, &maintenance, timestamp_bits),
         heaps: memory
             .memory_heaps_as_slice()
@@ -215,6 +217,8 @@ fn limits(
     Limits {
         storage_buffer_range: limits.max_storage_buffer_range.into(),
         storage_buffers: limits.max_per_stage_descriptor_storage_buffers.min(limits.max_descriptor_set_storage_buffers),
+        texel_buffer_range: u64::from(limits.max_texel_buffer_elements) * TEXEL_BYTES,
+        texel_buffers: limits.max_per_stage_descriptor_sampled_images.min(limits.max_descriptor_set_sampled_images),
         allocation: maintenance.max_memory_allocation_size,
         groups: limits.max_compute_work_group_count[0],
         group_invocations: limits.max_compute_work_group_invocations.min(limits.max_compute_work_group_size[0]),
