@@ -2,7 +2,7 @@
 //
 // CPU_LANES (the `*_cpu.comp` kernels) reads texels, from the bindings NODE_TEXELS and TRIANGLE_TEXELS. lavapipe
 // gathers other loads with a branch a lane and 64 bits at most, which took two thirds of the time; its texel fetch
-// loads 128 bits a lane and transposes them. 1.3x on lavapipe 25. The addresses are not used then.
+// loads 128 bits a lane and transposes them. 1.2x to 1.3x on lavapipe 25. The addresses are not used then.
 #ifndef GEOMETRY_GLSL
 #define GEOMETRY_GLSL
 #extension GL_EXT_buffer_reference : require
