@@ -41,7 +41,7 @@ fn main() {
 fn compare(kind: RayKind, scene: &Scene, bvh: &Bvh, gpu: Option<&Gpu>) {
     let rays = rays(kind, scene, bvh);
     let mut contestants: Vec<(String, Box<dyn FnMut() + '_>)> = vec![
-        ("twin".to_owned(), Box::new(|| drop(twin::trace::trace_closest(bvh, &rays)))),
+        ("twin".to_owned(), Box::new(|| drop(twin::trace::hits(bvh, &rays)))),
         ("obvhs".to_owned(), Box::new(library(scene, &rays))),
     ];
     for (name, options) in gpu.iter().flat_map(|_| strategies()) {

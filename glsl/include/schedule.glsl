@@ -24,7 +24,8 @@ void main() {
     }
     hits[i] = Hit(ray.t_max, NO_HIT, 0.0, 0.0);
     if (COUNT) counters[i] = counted;
-    travels[local] = travel_to(next, trail);
-    queue[local] = QueueEntry(local, travels[local].subtree);
+    Travel travel = travel_to(next, trail);
+    if (next != LINK_DONE) travels[local] = travel;
+    queue[local] = QueueEntry(local, travel.subtree);
     add_to_round();
 }

@@ -20,14 +20,15 @@ const uint STACK_SIZE = 64u;
 // In a step trace: one of the node's children was put off. Node indices are below it.
 const uint STEP_PUSHED = 0x40000000u;
 
-// Bits of a subtree's index that one pass of the queue sort goes by (glsl/include/queue.glsl).
-const uint DIGIT_BITS = 7u;
+// Bits of a subtree's index that one pass of the queue sort goes by (glsl/include/queue.glsl): its columns of
+// counts then fill the 32 KiB of shared memory that common drivers have.
+const uint DIGIT_BITS = 8u;
 // Values of a digit: 2^DIGIT_BITS.
-const uint DIGITS = 128u;
+const uint DIGITS = 256u;
 // Most workgroups of the queue kernels: keeps the table of counts, DIGITS x this, short.
 const uint MOST_TILES = 512u;
-// Fewest entries that an invocation of the queue kernels goes through.
-const uint LEAST_STRIP = 16u;
+// Fewest entries that an invocation of the queue kernels goes through: as many as the counts that it clears.
+const uint LEAST_STRIP = 256u;
 // Invocations of the prefix-sum kernel, which is one workgroup.
 const uint PREFIX_LANES = 256u;
 

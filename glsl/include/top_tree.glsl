@@ -34,19 +34,18 @@ uint next_subtree(Nodes top, Places places, Ray ray, BoxRay box, float t, uint l
             steps += 1u;
             above = link;
             Node node = load_top_node(top, link);
-            uvec2 met = met_children(node, box, ray.t_min, t);
-            bool both = met.y != LINK_DONE;
-            if (both) trail |= level_bit(node.level);
+            Met met = met_children(node, box, ray.t_min, t);
+            if (met.both) trail |= level_bit(node.level);
             if (COUNT) {
                 counters.node_visits += 1u;
                 counters.top_visits += 1u;
-                if (both) {
+                if (met.both) {
                     counters.stack_operations += 1u;
                     counters.top_stack_operations += 1u;
                 }
-                if (RECORD) record_step(counters, places.at[link] | (both ? STEP_PUSHED : 0u));
+                if (RECORD) record_step(counters, places.at[link] | (met.both ? STEP_PUSHED : 0u));
             }
-            link = met.x;
+            link = met.any ? met.near : LINK_DONE;
         }
         walking = link == LINK_DONE ? trail != uvec2(0u) : is_node(link);
     }

@@ -43,15 +43,20 @@ bool is_node(uint link) { return (link & LEAF_BIT) == 0u; }
 
 bool spent(uint steps) { return STEP_LIMIT != 0u && steps >= STEP_LIMIT; }
 
-// A node is visited: links of the nearest child that the ray meets and of the other, or LINK_DONE.
-uvec2 met_children(Node node, BoxRay box, float t_min, float t_max) {
+// Which children of a node a ray meets, the nearest first.
+struct Met {
+    bool any;
+    bool both;
+    uint near;
+    uint far;
+};
+
+Met met_children(Node node, BoxRay box, float t_min, float t_max) {
     vec2 span0 = box_span(box, vec3(node.x.x, node.y.x, node.z.x), vec3(node.x.y, node.y.y, node.z.y), t_min, t_max);
     vec2 span1 = box_span(box, vec3(node.x.z, node.y.z, node.z.z), vec3(node.x.w, node.y.w, node.z.w), t_min, t_max);
     bool hit0 = span0.x <= span0.y, hit1 = span1.x <= span1.y;
     bool second = hit1 && (!hit0 || span1.x < span0.x);
-    uint near = second ? node.child.y : node.child.x;
-    uint far = second ? node.child.x : node.child.y;
-    return uvec2(hit0 || hit1 ? near : LINK_DONE, hit0 && hit1 ? far : LINK_DONE);
+    return Met(hit0 || hit1, hit0 && hit1, second ? node.child.y : node.child.x, second ? node.child.x : node.child.y);
 }
 
 // Runs until the tree is done, a hit is found (ANY_HIT) or STEP_LIMIT is spent; `cursor.link` tells:
@@ -62,18 +67,21 @@ void traverse(Nodes nodes, Triangles triangles, Ray ray, BoxRay box, Shear shear
     while (cursor.link != LINK_DONE && !(spent(steps) && is_node(cursor.link))) {
         TURN (is_node(cursor.link) && !spent(steps)) {
             steps += 1u;
-            uvec2 met = met_children(load_node(nodes, cursor.link), box, ray.t_min, hit.t);
-            bool both = met.y != LINK_DONE;
+            Met met = met_children(load_node(nodes, cursor.link), box, ray.t_min, hit.t);
             if (COUNT) {
                 counters.node_visits += 1u;
-                if (both) counters.stack_operations += 1u;
-                record_step(counters, cursor.link | (both ? STEP_PUSHED : 0u));
+                if (met.both) counters.stack_operations += 1u;
+                record_step(counters, cursor.link | (met.both ? STEP_PUSHED : 0u));
             }
-            if (both) {
-                stack[cursor.depth] = met.y;
-                cursor.depth += 1u;
+            if (met.any) {
+                cursor.link = met.near;
+                if (met.both) {
+                    stack[cursor.depth] = met.far;
+                    cursor.depth += 1u;
+                }
+            } else {
+                cursor.link = pop(cursor, counters);
             }
-            cursor.link = met.x != LINK_DONE ? met.x : pop(cursor, counters);
             entered = cursor.link;
         }
         if (!is_node(cursor.link) && cursor.link != LINK_DONE) {

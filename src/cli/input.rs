@@ -1,12 +1,11 @@
 //! Arguments that several subcommands share: the scene, its BVH and the device.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
 
 use super::output;
-use crate::Result;
 use crate::bvh::{Bvh, Owners, Policy, Quality};
 use crate::render::features::{Features, Indirect};
 use crate::render::settings::Settings;
@@ -14,6 +13,7 @@ use crate::scene::tables::Tables;
 use crate::scene::{self, Scene, builtin};
 use crate::trace::MachineOptions;
 use crate::vulkan::{Gpu, GpuOptions};
+use crate::{Error, Result};
 
 /// The scene and how its BVH is built.
 #[derive(Args)]
@@ -41,6 +41,9 @@ pub struct DeviceArguments {
     /// Run under Vulkan's validation layers; any message is a failure
     #[arg(long)]
     pub validate: bool,
+    /// Use the files NAME.spv of a folder in place of the built-in kernels: for authors of kernels
+    #[arg(long, value_name = "FOLDER", conflicts_with = "twin")]
+    kernels: Option<PathBuf>,
 }
 
 /// Prefix of the names of built-in scenes.
@@ -101,8 +104,12 @@ impl DeviceArguments {
         if self.twin {
             return Ok(None);
         }
-        let gpu =
-            Gpu::open(&GpuOptions { device: self.device.clone(), validate: self.validate, ..GpuOptions::default() })?;
+        let options =
+            GpuOptions { device: self.device.clone(), validate: self.validate, kernels: self.kernels.clone() };
+        if let Some(folder) = self.kernels.iter().find(|folder| !folder.is_dir()) {
+            return Err(Error::usage(format!("--kernels {}", folder.display()), "name a folder of .spv files"));
+        }
+        let gpu = Gpu::open(&options)?;
         if !gpu.probe().bit_identical() {
             output::warn("this driver rounds as it likes: hits may differ in their last bits from other devices");
         }

@@ -55,8 +55,8 @@ impl StepTrace {
         let steps_of = |&ray: &u64| {
             let (ray, mut counted, mut steps) = (&rays[ray as usize], RayCounters::default(), Vec::new());
             match query {
-                Query::Closest => trace_ray::<false>(bvh, ray, &mut counted, &mut steps),
-                Query::Any => trace_ray::<true>(bvh, ray, &mut counted, &mut steps),
+                Query::Closest => trace_ray::<false, _>(bvh, ray, &mut counted, &mut steps),
+                Query::Any => trace_ray::<true, _>(bvh, ray, &mut counted, &mut steps),
             };
             steps
         };

@@ -141,7 +141,7 @@ impl<'a, S: StepSink> Migration<'a, S> {
             let mut cursor = cursor_of_trail(&bvh.nodes, subtree.level, travel.link, trail);
             trail = trail.above(subtree.level);
             let tree = (&bvh.nodes[..], &bvh.triangles[..]);
-            traverse::<ANY_HIT>(tree, &ray, &mut cursor, &mut hit, &mut counted, &mut sink, (steps, quota));
+            traverse::<ANY_HIT, S>(tree, &ray, &mut cursor, &mut hit, &mut counted, &mut sink, (steps, quota));
             if cursor.link != LINK_DONE {
                 travel.trail = trail_of_stack(&bvh.nodes, subtree.root, &cursor, trail).words();
                 travel.link = cursor.link;

@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::box_test::box_ray;
-use super::traverse::{Cursor, PreparedRay, StepSink, traverse};
+use super::traverse::{Cursor, PreparedRay, StepSink, Uncounted, traverse};
 use super::triangle::shear_of;
 use crate::bvh::Bvh;
 use crate::layout::{Hit, Ray, RayCounters};
@@ -23,13 +23,24 @@ pub fn trace_any(bvh: &Bvh, rays: &[Ray]) -> (Vec<Hit>, Vec<RayCounters>) {
     trace::<true>(bvh, rays)
 }
 
+/// Nearest hit of each ray, and nothing else.
+pub fn hits(bvh: &Bvh, rays: &[Ray]) -> Vec<Hit> {
+    let mut hits: Vec<Hit> = vec![bytemuck::Zeroable::zeroed(); rays.len()];
+    rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).for_each(|(rays, hits)| {
+        for (ray, hit) in rays.iter().zip(hits) {
+            *hit = trace_ray::<false, Uncounted>(bvh, ray, &mut RayCounters::default(), &mut Uncounted);
+        }
+    });
+    hits
+}
+
 fn trace<const ANY_HIT: bool>(bvh: &Bvh, rays: &[Ray]) -> (Vec<Hit>, Vec<RayCounters>) {
     let mut hits: Vec<Hit> = vec![bytemuck::Zeroable::zeroed(); rays.len()];
     let mut counters: Vec<RayCounters> = vec![bytemuck::Zeroable::zeroed(); rays.len()];
     rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).zip(counters.par_chunks_mut(CHUNK)).for_each(
         |((rays, hits), counters)| {
             for ((ray, hit), counters) in rays.iter().zip(hits).zip(counters) {
-                *hit = trace_ray::<ANY_HIT>(bvh, ray, counters, &mut ());
+                *hit = trace_ray::<ANY_HIT, ()>(bvh, ray, counters, &mut ());
             }
         },
     );
@@ -38,17 +49,17 @@ fn trace<const ANY_HIT: bool>(bvh: &Bvh, rays: &[Ray]) -> (Vec<Hit>, Vec<RayCoun
 
 /// The ray's way: its hit, what it did, and each of its steps.
 #[inline(always)]
-pub fn trace_ray<const ANY_HIT: bool>(
+pub fn trace_ray<const ANY_HIT: bool, S: StepSink>(
     bvh: &Bvh,
     ray: &Ray,
     counters: &mut RayCounters,
-    sink: &mut impl StepSink,
+    sink: &mut S,
 ) -> Hit {
     let mut hit = missed(ray);
     if ray.is_live() {
         let prepared = prepare(bvh, ray);
         let tree = (&bvh.nodes[..], &bvh.triangles[..]);
-        traverse::<ANY_HIT>(tree, &prepared, &mut Cursor::at(0), &mut hit, counters, sink, (&mut 0, u32::MAX));
+        traverse::<ANY_HIT, S>(tree, &prepared, &mut Cursor::at(0), &mut hit, counters, sink, (&mut 0, u32::MAX));
     }
     finished::<ANY_HIT>(hit)
 }

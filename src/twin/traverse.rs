@@ -23,12 +23,12 @@ impl Cursor {
     }
 
     #[inline(always)]
-    fn pop(&mut self, counters: &mut RayCounters) -> u32 {
+    fn pop<S: StepSink>(&mut self, counters: &mut RayCounters) -> u32 {
         if self.depth == 0 {
             return LINK_DONE;
         }
         self.depth -= 1;
-        counters.stack_operations += 1;
+        counters.stack_operations += u32::from(S::COUNTS);
         self.stack[self.depth]
     }
 }
@@ -36,13 +36,29 @@ impl Cursor {
 /// Takes the words of a step trace: a node's index, with [`STEP_PUSHED`] if one of its children was put off,
 /// or a leaf's link.
 pub trait StepSink: Default + Send + Sync {
+    /// Whether counters are wanted: without them the twin is as fast as the kernels without.
+    const COUNTS: bool = true;
     /// The ray's next step.
     fn step(&mut self, word: u32);
     /// Steps that follow those so far.
     fn append(&mut self, more: Self);
 }
 
-/// Records nothing, at no cost.
+/// Neither steps nor counters are wanted.
+#[derive(Default)]
+pub struct Uncounted;
+
+impl StepSink for Uncounted {
+    const COUNTS: bool = false;
+
+    #[inline(always)]
+    fn step(&mut self, _word: u32) {}
+
+    #[inline(always)]
+    fn append(&mut self, _more: Uncounted) {}
+}
+
+/// Counters without steps.
 impl StepSink for () {
     #[inline(always)]
     fn step(&mut self, _word: u32) {}
@@ -95,29 +111,29 @@ pub fn met_children(node: &Node, ray: &PreparedRay, t: f32) -> (u32, u32) {
 /// [`LINK_DONE`], or the node where to go on.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "the kernel's own")]
-pub fn traverse<const ANY_HIT: bool>(
+pub fn traverse<const ANY_HIT: bool, S: StepSink>(
     (nodes, triangles): (&[Node], &[Triangle]),
     ray: &PreparedRay,
     cursor: &mut Cursor,
     hit: &mut Hit,
     counters: &mut RayCounters,
-    sink: &mut impl StepSink,
+    sink: &mut S,
     (steps, limit): (&mut u32, u32),
 ) {
     while cursor.link != LINK_DONE && !(*steps >= limit && is_node(cursor.link)) {
         while is_node(cursor.link) && *steps < limit {
             *steps += 1;
-            counters.node_visits += 1;
+            counters.node_visits += u32::from(S::COUNTS);
             let (near, far) = met_children(&nodes[cursor.link as usize], ray, hit.t);
             if far != LINK_DONE {
                 sink.step(cursor.link | STEP_PUSHED);
-                counters.stack_operations += 1;
+                counters.stack_operations += u32::from(S::COUNTS);
                 cursor.stack[cursor.depth] = far;
                 cursor.depth += 1;
             } else {
                 sink.step(cursor.link);
             }
-            cursor.link = if near != LINK_DONE { near } else { cursor.pop(counters) };
+            cursor.link = if near != LINK_DONE { near } else { cursor.pop::<S>(counters) };
         }
         if is_node(cursor.link) || cursor.link == LINK_DONE {
             continue;
@@ -125,12 +141,14 @@ pub fn traverse<const ANY_HIT: bool>(
         sink.step(cursor.link);
         let first = (cursor.link & LEAF_FIRST_MASK) as usize;
         let count = ((cursor.link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK) as usize;
-        counters.leaf_visits += 1;
-        counters.triangle_tests += count as u32;
+        if S::COUNTS {
+            counters.leaf_visits += 1;
+            counters.triangle_tests += count as u32;
+        }
         *steps += (count as u32).max(1);
         for triangle in &triangles[first..first + count] {
             intersect(ray.ray, &ray.box_ray, &ray.shear, triangle, hit);
         }
-        cursor.link = if ANY_HIT && hit.prim != NO_HIT { LINK_DONE } else { cursor.pop(counters) };
+        cursor.link = if ANY_HIT && hit.prim != NO_HIT { LINK_DONE } else { cursor.pop::<S>(counters) };
     }
 }
