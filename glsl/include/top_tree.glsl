@@ -35,17 +35,17 @@ uint next_subtree(Nodes top, Places places, Ray ray, BoxRay box, float t, uint l
             above = link;
             Node node = load_top_node(top, link);
             Met met = met_children(node, box, ray.t_min, t);
-            if (met.both) trail |= level_bit(node.level);
+            if (both_children(met)) trail |= level_bit(node.level);
             if (COUNT) {
                 counters.node_visits += 1u;
                 counters.top_visits += 1u;
-                if (met.both) {
+                if (both_children(met)) {
                     counters.stack_operations += 1u;
                     counters.top_stack_operations += 1u;
                 }
-                if (RECORD) record_step(counters, places.at[link] | (met.both ? STEP_PUSHED : 0u));
+                if (RECORD) record_step(counters, places.at[link] | (both_children(met) ? STEP_PUSHED : 0u));
             }
-            link = met.any ? met.near : LINK_DONE;
+            link = any_child(met) ? near_child(met, node) : LINK_DONE;
         }
         walking = link == LINK_DONE ? trail != uvec2(0u) : is_node(link);
     }

@@ -16,16 +16,19 @@ use crate::scene::tables::Tables;
 use crate::trace::accounting::{MigrationReport, Totals, WarpCounters};
 use crate::trace::digest::{hit_count, hits_digest};
 use crate::trace::twin_tracer::{Traced, TwinTracer};
-use crate::trace::{Query, RayBuffers, StepTrace, Stream, Tracer, TracerOptions};
+use crate::trace::{Query, RayBuffers, StepTrace, Strategy, Stream, Tracer, TracerOptions};
 use crate::twin::tiles::tile_count;
 use crate::vulkan::{Buffer, DeviceKind, Gpu, Place};
 
 /// A GPU is kept busy this long before it is timed, because its clock is low after idling.
 const WARM_UP_SECONDS: f64 = 0.5;
 
-/// Rays of a batch: counters of the largest fit a binding of 128 MiB, the least that drivers must offer. The same
-/// on every device, so that queues and rounds are.
-const MOST_RAYS: u32 = 1 << 21;
+/// Rays of a batch that are counted, and of any batch of strategy `migrate`: counters of the largest fit a binding of
+/// 128 MiB, the least that drivers must offer. The same on every device, so that queues and rounds are.
+const COUNTED_RAYS: u32 = 1 << 21;
+
+/// Rays of any other batch: the largest fit such a binding.
+const MOST_RAYS: u32 = 1 << 22;
 
 /// A timed run on a GPU repeats the dispatch until it takes about this long.
 const RUN_SECONDS: f64 = 0.02;
@@ -173,6 +176,7 @@ pub struct GpuBench<'a> {
     bvh: &'a Bvh,
     tables: &'a Tables,
     frame: Frame,
+    most_rays: u32,
 }
 
 impl<'a> GpuBench<'a> {
@@ -186,9 +190,10 @@ impl<'a> GpuBench<'a> {
         frame: Frame,
         options: &TracerOptions,
     ) -> Result<GpuBench<'a>> {
-        let rays = tile_count(frame.width, frame.height).unwrap_or(MOST_RAYS).min(MOST_RAYS);
+        let most_rays = if options.strategy == Strategy::Migrate { COUNTED_RAYS } else { MOST_RAYS };
+        let rays = tile_count(frame.width, frame.height).unwrap_or(most_rays).min(most_rays);
         let tracer = Tracer::new(gpu, bvh, options, rays)?;
-        Ok(GpuBench { gpu, tracer, bvh, tables, frame })
+        Ok(GpuBench { gpu, tracer, bvh, tables, frame, most_rays })
     }
 
     /// What the driver says of the kernels that were timed.
@@ -215,7 +220,7 @@ impl<'a> GpuBench<'a> {
                 count: rays.len() as u32,
             })
         };
-        rays.chunks(MOST_RAYS as usize).map(batch).collect()
+        rays.chunks(self.most_rays as usize).map(batch).collect()
     }
 
     /// Seconds of one trace of all batches, the mean of `times` in one submission: on the device's clock, and
@@ -252,7 +257,7 @@ impl Bench for GpuBench<'_> {
 
     fn trace(&mut self, kind: RayKind, rays: &[Ray]) -> Result<Traced> {
         let mut traced = Traced { hits: Vec::new(), counters: Vec::new(), migration: None };
-        for rays in rays.chunks(MOST_RAYS as usize) {
+        for rays in rays.chunks(COUNTED_RAYS as usize) {
             let n = rays.len();
             let buffer = self.gpu.upload("rays", rays)?;
             let hit_buffer = self.gpu.buffer("hits", (n * size_of::<Hit>()) as u64, Place::Device)?;
@@ -276,7 +281,7 @@ impl Bench for GpuBench<'_> {
 
     fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepTrace> {
         let mut all = StepTrace::default();
-        for (first, rays) in (0..).step_by(MOST_RAYS as usize).zip(rays.chunks(MOST_RAYS as usize)) {
+        for (first, rays) in (0..).step_by(COUNTED_RAYS as usize).zip(rays.chunks(COUNTED_RAYS as usize)) {
             let batch = first..first + rays.len() as u64;
             let inside = which.iter().filter(|ray| batch.contains(ray)).map(|ray| ray - first).collect();
             all.append(first, &StepTrace::by_kernels(self.gpu, &self.tracer, kind.query(), rays, inside)?);
