@@ -18,6 +18,9 @@ const uint MAX_LEAF_TRIANGLES = 8u;
 // Entries of the traversal stack; the builder refuses trees that need more.
 const uint STACK_SIZE = 64u;
 
+// Step of a step trace: set in a node's index where one of its children went on the stack.
+const uint STEP_PUSHED = 0x40000000u;
+
 // Primitive id of a miss.
 const uint NO_HIT = 0xFFFFFFFFu;
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::box_test::box_ray;
-use super::traverse::traverse;
+use super::traverse::{Observer, traverse};
 use super::triangle::shear_of;
 use crate::bvh::Bvh;
 use crate::layout::{Hit, Ray, RayCounters};
@@ -28,19 +28,25 @@ fn trace<const ANY_HIT: bool>(bvh: &Bvh, rays: &[Ray]) -> (Vec<Hit>, Vec<RayCoun
     rays.par_chunks(CHUNK).zip(hits.par_chunks_mut(CHUNK)).zip(counters.par_chunks_mut(CHUNK)).for_each(
         |((rays, hits), counters)| {
             for ((ray, hit), counters) in rays.iter().zip(hits).zip(counters) {
-                *hit = trace_ray::<ANY_HIT>(bvh, ray, counters);
+                *hit = trace_ray::<ANY_HIT>(bvh, ray, counters, &mut ());
             }
         },
     );
     (hits, counters)
 }
 
+/// Hit of one ray, nearest or with `ANY_HIT` any; `observer` sees its way through the tree.
 #[inline(always)]
-fn trace_ray<const ANY_HIT: bool>(bvh: &Bvh, ray: &Ray, counters: &mut RayCounters) -> Hit {
+pub fn trace_ray<const ANY_HIT: bool>(
+    bvh: &Bvh,
+    ray: &Ray,
+    counters: &mut RayCounters,
+    observer: &mut impl Observer,
+) -> Hit {
     let mut hit = Hit { t: ray.t_max, prim: NO_HIT, u: 0.0, v: 0.0 };
     if ray.t_max >= ray.t_min {
         let box_ray = box_ray(ray, bvh.bounds.0, bvh.bounds.1);
-        traverse::<ANY_HIT>(bvh, ray, &box_ray, &shear_of(ray.direction), &mut hit, counters);
+        traverse::<ANY_HIT>(bvh, ray, &box_ray, &shear_of(ray.direction), &mut hit, counters, observer);
     }
     if ANY_HIT && hit.prim != NO_HIT {
         hit = Hit { t: 0.0, prim: 0, u: 0.0, v: 0.0 };

@@ -6,6 +6,21 @@ use crate::bvh::Bvh;
 use crate::layout::{Hit, Ray, RayCounters};
 use crate::shared::*;
 
+/// Sees each visit of a traversal. The no-op version, `()`, compiles to nothing.
+pub trait Observer {
+    /// Node `index` was read; `pushed` if one of its children went on the stack.
+    fn node(&mut self, index: u32, pushed: bool);
+    /// The leaf behind `link`, as in [`crate::layout::Node::child`], was entered.
+    fn leaf(&mut self, link: u32);
+}
+
+impl Observer for () {
+    #[inline(always)]
+    fn node(&mut self, _: u32, _: bool) {}
+    #[inline(always)]
+    fn leaf(&mut self, _: u32) {}
+}
+
 /// Runs to the end of the tree or, with `ANY_HIT`, to the first hit.
 #[inline(always)]
 pub fn traverse<const ANY_HIT: bool>(
@@ -15,6 +30,7 @@ pub fn traverse<const ANY_HIT: bool>(
     shear: &Shear,
     hit: &mut Hit,
     counters: &mut RayCounters,
+    observer: &mut impl Observer,
 ) {
     let mut stack = [0u32; STACK_SIZE as usize];
     let mut depth = 0;
@@ -34,7 +50,9 @@ pub fn traverse<const ANY_HIT: bool>(
             counters.node_visits += 1;
             let node = &bvh.nodes[link as usize];
             let spans = node_spans(box_ray, node, ray.t_min, hit.t);
-            link = match spans.hits() {
+            let hits = spans.hits();
+            observer.node(link, hits == (true, true));
+            link = match hits {
                 (true, true) => {
                     let [first, second] = if spans.swapped() { [node.child[1], node.child[0]] } else { node.child };
                     stack[depth] = second;
@@ -51,6 +69,7 @@ pub fn traverse<const ANY_HIT: bool>(
         }
         let first = (link & LEAF_FIRST_MASK) as usize;
         let count = ((link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK) as usize;
+        observer.leaf(link);
         counters.triangle_tests += count as u32;
         for triangle in &bvh.triangles[first..first + count] {
             intersect(ray, box_ray, shear, triangle, hit);

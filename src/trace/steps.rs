@@ -1,0 +1,176 @@
+//! Step traces: where each ray went in the tree.
+
+use rayon::prelude::*;
+
+use crate::bvh::Bvh;
+use crate::layout::{Hit, Ray, RayCounters};
+use crate::shared::STEP_PUSHED;
+use crate::trace::Query;
+use crate::twin::trace::trace_ray;
+use crate::twin::traverse::Observer;
+
+/// Rays of one task.
+const CHUNK: usize = 1024;
+
+/// The visits of each ray, in order. A step is one word:
+/// - a node: its index, with [`STEP_PUSHED`] if one of its children went on the stack;
+/// - a leaf: its link as in [`crate::layout::Node::child`] (`LEAF_BIT`, triangle count, first triangle).
+///
+/// Pops are implied: a visit that is no child of the one before it was popped, because what is popped was
+/// pushed at an earlier node and each node and leaf has one parent.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct StepTrace {
+    /// Ray `i` took the steps `starts[i]..starts[i + 1]`; one entry more than rays.
+    pub starts: Vec<u64>,
+    /// Steps of all rays.
+    pub steps: Vec<u32>,
+}
+
+impl StepTrace {
+    /// Number of rays.
+    pub fn rays(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// Steps of one ray.
+    ///
+    /// # Panics
+    /// If there is no ray `ray`.
+    pub fn of(&self, ray: usize) -> &[u32] {
+        &self.steps[self.starts[ray] as usize..self.starts[ray + 1] as usize]
+    }
+
+    /// Records each ray by `trace`, which appends the ray's steps; in parallel, in the order of `rays`.
+    pub fn record<H: Send>(rays: &[Ray], trace: impl Fn(&Ray, &mut Vec<u32>) -> H + Sync) -> (Vec<H>, StepTrace) {
+        let part = |rays: &[Ray]| {
+            let (mut ends, mut steps) = (Vec::with_capacity(rays.len()), Vec::new());
+            let hits: Vec<H> = rays
+                .iter()
+                .map(|ray| {
+                    let hit = trace(ray, &mut steps);
+                    ends.push(steps.len() as u64);
+                    hit
+                })
+                .collect();
+            (hits, ends, steps)
+        };
+        let parts: Vec<_> = rays.par_chunks(CHUNK).map(part).collect();
+        let (mut all_hits, mut all) = (Vec::with_capacity(rays.len()), StepTrace { starts: vec![0], steps: vec![] });
+        for (hits, ends, steps) in parts {
+            let base = all.steps.len() as u64;
+            all.starts.extend(ends.into_iter().map(|end| base + end));
+            all.steps.extend(steps);
+            all_hits.extend(hits);
+        }
+        (all_hits, all)
+    }
+}
+
+/// Steps of the twin's traversal, and the hits it found.
+pub fn record_steps(bvh: &Bvh, rays: &[Ray], query: Query) -> (Vec<Hit>, StepTrace) {
+    StepTrace::record(rays, |ray, steps| {
+        let (mut counters, mut recorder) = (RayCounters { node_visits: 0, triangle_tests: 0 }, Recorder { steps });
+        match query {
+            Query::Closest => trace_ray::<false>(bvh, ray, &mut counters, &mut recorder),
+            Query::Any => trace_ray::<true>(bvh, ray, &mut counters, &mut recorder),
+        }
+    })
+}
+
+struct Recorder<'a> {
+    steps: &'a mut Vec<u32>,
+}
+
+impl Observer for Recorder<'_> {
+    #[inline(always)]
+    fn node(&mut self, index: u32, pushed: bool) {
+        self.steps.push(index | if pushed { STEP_PUSHED } else { 0 });
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, link: u32) {
+        self.steps.push(link);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::procedural;
+    use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT};
+    use crate::twin::trace::{trace_any, trace_closest};
+    use glam::Vec3;
+
+    fn room() -> (Bvh, Vec<Ray>) {
+        let scene = procedural::build("room", 3000, 1).unwrap();
+        let bvh = Bvh::build(&scene.positions, Default::default()).unwrap();
+        let (low, high) = bvh.bounds;
+        let rays = (0..3000u32)
+            .map(|i| {
+                let fraction = |k: u32| (i.wrapping_mul(k) >> 8 & 0xffff) as f32 / 65536.0;
+                let origin = low + (high - low) * Vec3::new(fraction(2654435761), fraction(40503), fraction(97));
+                let direction = Vec3::new(fraction(31) - 0.5, fraction(69069) - 0.5, fraction(1103515245) - 0.4);
+                let direction = direction.normalize();
+                Ray { origin: origin.into(), t_min: 0.0, direction: direction.into(), t_max: 1.0e30 }
+            })
+            .collect();
+        (bvh, rays)
+    }
+
+    /// Follows `steps` with a stack; an error names the first step that traversal could not have taken.
+    fn replay(bvh: &Bvh, steps: &[u32]) -> Result<usize, String> {
+        let (mut stack, mut previous): (Vec<u32>, Option<u32>) = (Vec::new(), None);
+        for (at, &step) in steps.iter().enumerate() {
+            let link = if step & LEAF_BIT == 0 { step & !STEP_PUSHED } else { step };
+            let parent = previous.filter(|p| p & LEAF_BIT == 0).map(|p| bvh.nodes[(p & !STEP_PUSHED) as usize].child);
+            match (parent, previous) {
+                (_, None) if link == 0 => {}
+                (Some([a, b]), Some(p)) if link == a || link == b => {
+                    if p & STEP_PUSHED != 0 {
+                        stack.push(if link == a { b } else { a });
+                    }
+                }
+                (_, Some(p)) if p & LEAF_BIT != 0 || p & STEP_PUSHED == 0 => {
+                    if stack.pop() != Some(link) {
+                        return Err(format!("step {at}: {link:#x} was not on top of the stack"));
+                    }
+                }
+                _ => return Err(format!("step {at}: {link:#x} neither child nor popped")),
+            }
+            previous = Some(step);
+        }
+        Ok(stack.len())
+    }
+
+    #[test]
+    fn steps_replay_with_pops_implied_and_end_with_an_empty_stack() {
+        let (bvh, rays) = room();
+        let (_, trace) = record_steps(&bvh, &rays, Query::Closest);
+        for ray in 0..rays.len() {
+            assert_eq!(replay(&bvh, trace.of(ray)), Ok(0), "ray {ray}");
+        }
+    }
+
+    #[test]
+    fn steps_count_what_the_counters_count_and_change_no_hit() {
+        let (bvh, rays) = room();
+        for (query, (hits, counters)) in
+            [(Query::Closest, trace_closest(&bvh, &rays)), (Query::Any, trace_any(&bvh, &rays))]
+        {
+            let (observed, trace) = record_steps(&bvh, &rays, query);
+            assert!(hits == observed);
+            assert_eq!(trace.rays(), rays.len());
+            for (ray, counters) in counters.iter().enumerate() {
+                let (leaves, nodes): (Vec<u32>, Vec<u32>) = trace.of(ray).iter().partition(|&s| s & LEAF_BIT != 0);
+                let tests: u32 = leaves.iter().map(|link| link >> LEAF_COUNT_SHIFT & LEAF_COUNT_MASK).sum();
+                assert_eq!((nodes.len() as u32, tests), (counters.node_visits, counters.triangle_tests));
+            }
+        }
+    }
+
+    #[test]
+    fn no_rays_leave_an_empty_trace() {
+        let (bvh, _) = room();
+        assert_eq!(record_steps(&bvh, &[], Query::Closest).1, StepTrace { starts: vec![0], steps: vec![] });
+    }
+}
