@@ -1,6 +1,7 @@
 //! Rays in, hits and counters out.
 
 pub mod digest;
+pub mod exchange;
 pub mod geometry;
 pub mod steps;
 pub mod stream;
