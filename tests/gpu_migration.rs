@@ -10,9 +10,9 @@ use caribou::render::settings::Settings;
 use caribou::scene::tables::Tables;
 use caribou::scene::{self, Scene};
 use caribou::trace::digest::hits_digest;
-use caribou::trace::steps::sample;
+use caribou::trace::step_sample::sample;
 use caribou::trace::{
-    MachineOptions, MigrationReport, Query, RayBuffers, StepTrace, Strategy, Stream, Tracer, TracerOptions, TwinTracer,
+    MachineOptions, MigrationReport, Query, RayBuffers, StepSample, Strategy, Stream, Tracer, TracerOptions, TwinTracer,
 };
 use caribou::vulkan::{Gpu, Place};
 
@@ -212,11 +212,11 @@ fn gpu_step_traces_equal_the_twins() {
     for kind in [RayKind::Diffuse, RayKind::Ao] {
         let rays = rays(&scene, &bvh, kind, (40, 30));
         let which = sample(rays.len() as u64, 700);
-        let twin = StepTrace::by_twin(&bvh, kind.query(), &rays, which.clone());
+        let twin = StepSample::by_twin(&bvh, kind.query(), &rays, which.clone());
         for (strategy, gpu_kernels) in Strategy::ALL.into_iter().flat_map(|s| [(s, false), (s, true)]) {
             let options = TracerOptions { strategy, gpu_kernels, ..migrate("bytes:4KiB", 4) };
             let tracer = Tracer::new(&gpu, &bvh, &options, rays.len() as u32).unwrap();
-            let trace = StepTrace::by_kernels(&gpu, &tracer, kind.query(), &rays, which.clone()).unwrap();
+            let trace = StepSample::by_kernels(&gpu, &tracer, kind.query(), &rays, which.clone()).unwrap();
             assert_eq!(trace, twin, "{strategy:?}, {kind:?}, {gpu_kernels}");
         }
     }

@@ -32,6 +32,7 @@ const uint LEAST_STRIP = 256u;
 // Invocations of the prefix-sum kernel, which is one workgroup.
 const uint PREFIX_LANES = 256u;
 
+
 // Primitive id of a miss.
 const uint NO_HIT = 0xFFFFFFFFu;
 

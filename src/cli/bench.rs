@@ -17,7 +17,7 @@ use crate::report::machine::Machine;
 use crate::report::ray_dump;
 use crate::report::scene::SceneSummary;
 use crate::trace::accounting::SmCounters;
-use crate::trace::steps::sample;
+use crate::trace::step_sample::sample;
 use crate::trace::{Strategy, TracerOptions};
 use crate::{Error, Result, scene};
 
@@ -60,7 +60,7 @@ pub struct Bench {
     /// Write triangles, rays and hits of the one kind of rays asked for, for other programs to check
     #[arg(long, value_name = "FILE")]
     dump_rays: Option<PathBuf>,
-    /// Write where each ray went in the tree (format: caribou::trace::steps) for the one kind of rays and the
+    /// Write where each ray went in the tree (format: caribou::trace::step_sample) for the one kind of rays and the
     /// one strategy asked for
     #[arg(long, value_name = "FILE")]
     step_trace: Option<PathBuf>,

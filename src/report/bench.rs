@@ -16,7 +16,7 @@ use crate::scene::tables::Tables;
 use crate::trace::accounting::{MigrationReport, Totals, WarpCounters};
 use crate::trace::digest::{hit_count, hits_digest};
 use crate::trace::twin_tracer::{Traced, TwinTracer};
-use crate::trace::{Query, RayBuffers, StepTrace, Strategy, Stream, Tracer, TracerOptions};
+use crate::trace::{Query, RayBuffers, StepSample, Strategy, Stream, Tracer, TracerOptions};
 use crate::twin::tiles::tile_count;
 use crate::vulkan::{Buffer, DeviceKind, Gpu, Place};
 
@@ -87,7 +87,7 @@ pub trait Bench {
     /// Traces them once, counting.
     fn trace(&mut self, kind: RayKind, rays: &[Ray]) -> Result<Traced>;
     /// Traces them and records the steps of the rays `which`, in rising order.
-    fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepTrace>;
+    fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepSample>;
     /// Times `runs` repetitions after a warm-up: seconds on the device's clock, and on the host's.
     fn time(&mut self, kind: RayKind, rays: &[Ray], runs: usize) -> Result<(Vec<f64>, Vec<f64>)>;
 }
@@ -153,8 +153,8 @@ impl Bench for TwinBench<'_> {
         self.tracer.trace(kind.query(), rays)
     }
 
-    fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepTrace> {
-        Ok(StepTrace::by_twin(self.bvh, kind.query(), rays, which))
+    fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepSample> {
+        Ok(StepSample::by_twin(self.bvh, kind.query(), rays, which))
     }
 
     fn time(&mut self, kind: RayKind, rays: &[Ray], runs: usize) -> Result<(Vec<f64>, Vec<f64>)> {
@@ -279,12 +279,12 @@ impl Bench for GpuBench<'_> {
         Ok(traced)
     }
 
-    fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepTrace> {
-        let mut all = StepTrace::default();
+    fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepSample> {
+        let mut all = StepSample::default();
         for (first, rays) in (0..).step_by(COUNTED_RAYS as usize).zip(rays.chunks(COUNTED_RAYS as usize)) {
             let batch = first..first + rays.len() as u64;
             let inside = which.iter().filter(|ray| batch.contains(ray)).map(|ray| ray - first).collect();
-            all.append(first, &StepTrace::by_kernels(self.gpu, &self.tracer, kind.query(), rays, inside)?);
+            all.append(first, &StepSample::by_kernels(self.gpu, &self.tracer, kind.query(), rays, inside)?);
         }
         Ok(all)
     }

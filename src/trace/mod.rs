@@ -2,9 +2,11 @@
 
 pub mod accounting;
 pub mod digest;
+pub mod exchange;
 pub mod geometry;
 mod migrator;
 pub mod options;
+pub mod step_sample;
 pub mod steps;
 pub mod stream;
 pub mod tracer;
@@ -17,6 +19,7 @@ pub use accounting::{MigrationReport, Totals};
 pub use geometry::Geometry;
 pub use migrator::QUOTA;
 pub use options::{MachineOptions, Query, Strategy, TracerOptions};
+pub use step_sample::StepSample;
 pub use steps::StepTrace;
 pub use stream::Stream;
 pub use tracer::{RayBuffers, StepBuffers, Tracer};

@@ -1,228 +1,158 @@
-//! Step traces: where each ray went in the tree, recorded by the kernels or the twin, and their files.
-//!
-//! A file is little endian: the 8 bytes `CBSTEPS1`; as u64 the number of rays R and of steps S; R times u64,
-//! the index of each ray in its batch; R + 1 times u64, where the steps of each ray begin, and S; S times u32,
-//! the steps.
-
-use std::io::Write;
-use std::path::Path;
+//! Step traces: where each ray went in the tree.
 
 use rayon::prelude::*;
 
-use super::options::Query;
-use super::stream::Stream;
-use super::tracer::{RayBuffers, StepBuffers, Tracer};
-use crate::atomic_file::write_atomically;
 use crate::bvh::Bvh;
 use crate::layout::{Hit, Ray, RayCounters};
+use crate::trace::Query;
 use crate::twin::trace::trace_ray;
-use crate::vulkan::{Gpu, Place};
-use crate::{Error, Result};
 
-const MAGIC: &[u8; 8] = b"CBSTEPS1";
+/// Rays of one task.
+const CHUNK: usize = 1024;
 
 /// The visits of each ray, in order. A step is one word:
-/// - a node: its index, with [`crate::shared::STEP_PUSHED`] if one of its children was put off;
-/// - a leaf: its link as in [`crate::layout::Node::child`].
+/// - a node: its index, with [`crate::shared::STEP_PUSHED`] if one of its children went on the stack;
+/// - a leaf: its link as in [`crate::layout::Node::child`] (`LEAF_BIT`, triangle count, first triangle).
 ///
-/// What was put off and taken up again is implied: a visit that is no child of the one before it.
+/// Pops are implied: a visit that is no child of the one before it was popped, because what is popped was
+/// pushed at an earlier node and each node and leaf has one parent.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StepTrace {
-    /// Index of each recorded ray in its batch.
-    pub rays: Vec<u64>,
-    /// The k-th recorded ray took the steps `starts[k]..starts[k + 1]`.
+    /// Ray `i` took the steps `starts[i]..starts[i + 1]`; one entry more than rays.
     pub starts: Vec<u64>,
     /// Steps of all rays.
     pub steps: Vec<u32>,
 }
 
-/// `count` of `rays` rays at even distances; all if there are no more.
-pub fn sample(rays: u64, count: u64) -> Vec<u64> {
-    if count >= rays { (0..rays).collect() } else { (0..count).map(|k| k * rays / count).collect() }
-}
-
 impl StepTrace {
-    /// Steps of the k-th recorded ray.
+    /// Number of rays.
+    pub fn rays(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// Steps of one ray.
     ///
     /// # Panics
-    /// If there is none.
-    pub fn of(&self, k: usize) -> &[u32] {
-        &self.steps[self.starts[k] as usize..self.starts[k + 1] as usize]
+    /// If there is no ray `ray`.
+    pub fn of(&self, ray: usize) -> &[u32] {
+        &self.steps[self.starts[ray] as usize..self.starts[ray + 1] as usize]
     }
 
-    /// Records the rays `which` of a batch on the twin. All strategies take the same steps.
-    pub fn by_twin(bvh: &Bvh, query: Query, rays: &[Ray], which: Vec<u64>) -> StepTrace {
-        let steps_of = |&ray: &u64| {
-            let (ray, mut counted, mut steps) = (&rays[ray as usize], RayCounters::default(), Vec::new());
-            match query {
-                Query::Closest => trace_ray::<false, _>(bvh, ray, &mut counted, &mut steps),
-                Query::Any => trace_ray::<true, _>(bvh, ray, &mut counted, &mut steps),
-            };
-            steps
+    /// Records each ray by `trace`, which appends the ray's steps; in parallel, in the order of `rays`.
+    pub fn record<H: Send>(rays: &[Ray], trace: impl Fn(&Ray, &mut Vec<u32>) -> H + Sync) -> (Vec<H>, StepTrace) {
+        let part = |rays: &[Ray]| {
+            let (mut ends, mut steps) = (Vec::with_capacity(rays.len()), Vec::new());
+            let hits: Vec<H> = rays
+                .iter()
+                .map(|ray| {
+                    let hit = trace(ray, &mut steps);
+                    ends.push(steps.len() as u64);
+                    hit
+                })
+                .collect();
+            (hits, ends, steps)
         };
-        let all: Vec<Vec<u32>> = which.par_iter().map(steps_of).collect();
-        let starts = starts_of(all.iter().map(|steps| steps.len() as u64));
-        StepTrace { rays: which, starts, steps: all.concat() }
-    }
-
-    /// Records the rays `which` of a batch by the kernels of `tracer`: traced once to count steps, and once
-    /// more to write them.
-    ///
-    /// # Errors
-    /// As [`Tracer::trace`]; [`Error::Device`] if memory for the steps is short.
-    pub fn by_kernels(gpu: &Gpu, tracer: &Tracer, query: Query, rays: &[Ray], which: Vec<u64>) -> Result<StepTrace> {
-        let count = rays.len();
-        let ray_buffer = gpu.upload("rays", rays)?;
-        let hits = gpu.buffer("hits", (count * size_of::<Hit>()) as u64, Place::Device)?;
-        let counters = gpu.buffer("counters", (count * size_of::<RayCounters>()) as u64, Place::Device)?;
-        let buffers = RayBuffers::new(&ray_buffer, &hits).counted(&counters);
-        let mut stream = Stream::new(gpu);
-        tracer.trace(&mut stream, "count steps", query, &buffers, count as u32)?;
-        stream.finish()?;
-        let counted = gpu.download::<RayCounters>(&counters, 0..count)?;
-        let length = |&ray: &u64| u64::from(counted[ray as usize].node_visits + counted[ray as usize].leaf_visits);
-        let starts = starts_of(which.iter().map(length));
-        let words = starts[which.len()] as usize;
-        let word_buffer = gpu.buffer("steps", words as u64 * 4, Place::Device)?;
-        let mut addresses = vec![0u64; count];
-        for (&ray, start) in which.iter().zip(&starts) {
-            addresses[ray as usize] = word_buffer.address() + 4 * start;
+        let parts: Vec<_> = rays.par_chunks(CHUNK).map(part).collect();
+        let (mut all_hits, mut all) = (Vec::with_capacity(rays.len()), StepTrace { starts: vec![0], steps: vec![] });
+        for (hits, ends, steps) in parts {
+            let base = all.steps.len() as u64;
+            all.starts.extend(ends.into_iter().map(|end| base + end));
+            all.steps.extend(steps);
+            all_hits.extend(hits);
         }
-        let steps = StepBuffers { starts: gpu.upload("starts of steps", &addresses)?, words: word_buffer };
-        tracer.trace(
-            &mut stream,
-            "record steps",
-            query,
-            &RayBuffers { steps: Some(&steps), ..buffers },
-            count as u32,
-        )?;
-        stream.finish()?;
-        Ok(StepTrace { rays: which, starts, steps: gpu.download::<u32>(&steps.words, 0..words)? })
-    }
-
-    /// Adds the rays of a further batch, whose first ray has index `first`.
-    pub fn append(&mut self, first: u64, more: &StepTrace) {
-        let base = self.steps.len() as u64;
-        self.starts.truncate(self.rays.len());
-        self.starts.extend(more.starts.iter().map(|start| base + start));
-        self.rays.extend(more.rays.iter().map(|ray| first + ray));
-        self.steps.extend(&more.steps);
-    }
-
-    /// Writes a file.
-    ///
-    /// # Errors
-    /// [`Error::Io`] if it cannot be written; then there is no file.
-    pub fn write(&self, path: &Path) -> Result<()> {
-        let counts = [self.rays.len() as u64, self.steps.len() as u64];
-        let longs = counts.iter().chain(&self.rays).chain(&self.starts).flat_map(|value| value.to_le_bytes());
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(longs);
-        bytes.extend(self.steps.iter().flat_map(|step| step.to_le_bytes()));
-        write_atomically(path, |file| file.write_all(&bytes).map_err(Error::io("write", path)))
-    }
-
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// [`Error::Input`] naming what is wrong with it; [`Error::Io`] if it cannot be read.
-    pub fn read(path: &Path) -> Result<StepTrace> {
-        let bytes = std::fs::read(path).map_err(Error::io("read", path))?;
-        StepTrace::parse(&bytes).map_err(|(object, problem)| Error::Input {
-            file: path.to_owned(),
-            object: object.to_owned(),
-            problem,
-            remedy: "record it again with caribou bench --step-trace".to_owned(),
-        })
-    }
-
-    fn parse(bytes: &[u8]) -> Result<StepTrace, (&'static str, String)> {
-        let (magic, rest) = bytes.split_at_checked(8).ok_or(("header", "the file is too short".to_owned()))?;
-        if magic != MAGIC {
-            return Err(("header", "it is not a step trace of version 1".to_owned()));
-        }
-        let long = |k: usize| Some(u64::from_le_bytes(rest.get(8 * k..8 * k + 8)?.try_into().ok()?));
-        let (rays, steps) = long(0).zip(long(1)).ok_or(("header", "the file ends in it".to_owned()))?;
-        // In 128 bits no sum of counts overflows.
-        let expected = 16 + 8 * (2 * u128::from(rays) + 1) + 4 * u128::from(steps);
-        if expected != rest.len() as u128 {
-            return Err((
-                "header",
-                format!("{rays} rays and {steps} steps take {expected} bytes, {} follow", rest.len()),
-            ));
-        }
-        let rays = rays as usize;
-        let longs = |from: usize, count: usize| (from..from + count).filter_map(long).collect::<Vec<u64>>();
-        let trace = StepTrace {
-            rays: longs(2, rays),
-            starts: longs(2 + rays, rays + 1),
-            steps: rest[16 + 8 * (2 * rays + 1)..].as_chunks().0.iter().map(|&word| u32::from_le_bytes(word)).collect(),
-        };
-        let in_order = trace.starts.is_sorted() && trace.starts[0] == 0 && trace.starts[rays] == steps;
-        if in_order { Ok(trace) } else { Err(("starts", "they do not go from 0 to the number of steps".to_owned())) }
+        (all_hits, all)
     }
 }
 
-/// Running sums from 0 on.
-fn starts_of(lengths: impl Iterator<Item = u64>) -> Vec<u64> {
-    let mut starts = vec![0];
-    starts.extend(lengths.scan(0, |sum, length| {
-        *sum += length;
-        Some(*sum)
-    }));
-    starts
+/// Steps of the twin's traversal, and the hits it found. All strategies take the same steps.
+pub fn record_steps(bvh: &Bvh, rays: &[Ray], query: Query) -> (Vec<Hit>, StepTrace) {
+    StepTrace::record(rays, |ray, steps| {
+        let mut counters = RayCounters::default();
+        match query {
+            Query::Closest => trace_ray::<false, _>(bvh, ray, &mut counters, steps),
+            Query::Any => trace_ray::<true, _>(bvh, ray, &mut counters, steps),
+        }
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::procedural;
+    use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT, STEP_PUSHED};
+    use crate::twin::trace::{trace_any, trace_closest};
+    use glam::Vec3;
 
-    fn example() -> StepTrace {
-        StepTrace { rays: vec![0, 7], starts: vec![0, 2, 3], steps: vec![0, 0x8800_0001, 5] }
+    fn room() -> (Bvh, Vec<Ray>) {
+        let scene = procedural::build("room", 3000, 1).unwrap();
+        let bvh = Bvh::build(&scene.positions, Default::default()).unwrap();
+        let (low, high) = bvh.bounds;
+        let rays = (0..3000u32)
+            .map(|i| {
+                let fraction = |k: u32| (i.wrapping_mul(k) >> 8 & 0xffff) as f32 / 65536.0;
+                let origin = low + (high - low) * Vec3::new(fraction(2654435761), fraction(40503), fraction(97));
+                let direction = Vec3::new(fraction(31) - 0.5, fraction(69069) - 0.5, fraction(1103515245) - 0.4);
+                let direction = direction.normalize();
+                Ray { origin: origin.into(), t_min: 0.0, direction: direction.into(), t_max: 1.0e30 }
+            })
+            .collect();
+        (bvh, rays)
     }
 
-    #[test]
-    fn a_file_gives_back_what_was_written() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("steps");
-        example().write(&path).unwrap();
-        assert_eq!(StepTrace::read(&path).unwrap(), example());
-        StepTrace { starts: vec![0], ..StepTrace::default() }.write(&path).unwrap();
-        assert_eq!(StepTrace::read(&path).unwrap().rays.len(), 0);
-    }
-
-    #[test]
-    fn damaged_files_are_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("steps");
-        example().write(&path).unwrap();
-        let good = std::fs::read(&path).unwrap();
-        let mut damaged: Vec<Vec<u8>> = (0..good.len()).map(|length| good[..length].to_vec()).collect();
-        for (at, byte) in [(0, b'X'), (8, 255), (15, 255), (16, 9), (23, 255), (40, 1), (48, 200)] {
-            damaged.push(good.clone());
-            damaged.last_mut().unwrap()[at] = byte;
+    /// Follows `steps` with a stack; an error names the first step that traversal could not have taken.
+    fn replay(bvh: &Bvh, steps: &[u32]) -> Result<usize, String> {
+        let (mut stack, mut previous): (Vec<u32>, Option<u32>) = (Vec::new(), None);
+        for (at, &step) in steps.iter().enumerate() {
+            let link = if step & LEAF_BIT == 0 { step & !STEP_PUSHED } else { step };
+            let parent = previous.filter(|p| p & LEAF_BIT == 0).map(|p| bvh.nodes[(p & !STEP_PUSHED) as usize].child);
+            match (parent, previous) {
+                (_, None) if link == 0 => {}
+                (Some([a, b]), Some(p)) if link == a || link == b => {
+                    if p & STEP_PUSHED != 0 {
+                        stack.push(if link == a { b } else { a });
+                    }
+                }
+                (_, Some(p)) if p & LEAF_BIT != 0 || p & STEP_PUSHED == 0 => {
+                    if stack.pop() != Some(link) {
+                        return Err(format!("step {at}: {link:#x} was not on top of the stack"));
+                    }
+                }
+                _ => return Err(format!("step {at}: {link:#x} neither child nor popped")),
+            }
+            previous = Some(step);
         }
-        for bytes in damaged {
-            std::fs::write(&path, &bytes).unwrap();
-            let error = StepTrace::read(&path).unwrap_err();
-            assert_eq!(error.exit_code(), 2, "{error}");
+        Ok(stack.len())
+    }
+
+    #[test]
+    fn steps_replay_with_pops_implied_and_end_with_an_empty_stack() {
+        let (bvh, rays) = room();
+        let (_, trace) = record_steps(&bvh, &rays, Query::Closest);
+        for ray in 0..rays.len() {
+            assert_eq!(replay(&bvh, trace.of(ray)), Ok(0), "ray {ray}");
         }
     }
 
     #[test]
-    fn samples_are_spread_evenly() {
-        assert_eq!(sample(10, 4), [0, 2, 5, 7]);
-        assert_eq!(sample(3, 3), [0, 1, 2]);
-        assert_eq!(sample(3, 100), [0, 1, 2]);
-        assert!(sample(0, 5).is_empty());
+    fn steps_count_what_the_counters_count_and_change_no_hit() {
+        let (bvh, rays) = room();
+        for (query, (hits, counters)) in
+            [(Query::Closest, trace_closest(&bvh, &rays)), (Query::Any, trace_any(&bvh, &rays))]
+        {
+            let (observed, trace) = record_steps(&bvh, &rays, query);
+            assert!(hits == observed);
+            assert_eq!(trace.rays(), rays.len());
+            for (ray, counters) in counters.iter().enumerate() {
+                let (leaves, nodes): (Vec<u32>, Vec<u32>) = trace.of(ray).iter().partition(|&s| s & LEAF_BIT != 0);
+                let tests: u32 = leaves.iter().map(|link| link >> LEAF_COUNT_SHIFT & LEAF_COUNT_MASK).sum();
+                assert_eq!((nodes.len() as u32, tests), (counters.node_visits, counters.triangle_tests));
+            }
+        }
     }
 
     #[test]
-    fn batches_are_appended() {
-        let mut all = StepTrace::default();
-        all.append(0, &example());
-        all.append(100, &example());
-        assert_eq!((all.rays.as_slice(), all.starts.as_slice()), (&[0, 7, 100, 107][..], &[0, 2, 3, 5, 6][..]));
-        assert_eq!(all.of(3), [5]);
+    fn no_rays_leave_an_empty_trace() {
+        let (bvh, _) = room();
+        assert_eq!(record_steps(&bvh, &[], Query::Closest).1, StepTrace { starts: vec![0], steps: vec![] });
     }
 }
