@@ -54,6 +54,15 @@ fn bad_usage_is_exit_code_2_and_writes_nothing() {
         (&["--ao-radius", "inf"], "--ao-radius"),
         (&["--preview", "/nowhere/at/all.png"], "/nowhere/at"),
         (&["--nonsense"], "--nonsense"),
+        (&["--strategy", "all"], "--strategy"),
+        (&["--partition", "level:99"], "from 0 to 63"),
+        (&["--partition", "bytes:0"], "from 384 to 1GiB"),
+        (&["--partition", "bytes:1TB"], "from 384 to 1GiB"),
+        (&["--partition", "byte:64KiB"], "bytes:64KiB"),
+        (&["--sms", "0"], "from 1 to 1024"),
+        (&["--sms", "10000"], "from 1 to 1024"),
+        (&["--warps-per-sm", "65"], "from 1 to 64"),
+        (&["--owners", "nobody"], "scattered"),
     ];
     for (arguments, message) in cases {
         let all = [&["render", "builtin:cornell", "--twin", "-o", &out], *arguments].concat();
@@ -68,7 +77,26 @@ fn bad_usage_is_exit_code_2_and_writes_nothing() {
     caribou(&["scene", "room", "-o", &text(&folder.path().join("a.obj"))]).code(2).stderr(contains(".glb"));
     caribou(&["bench", "--twin", "--runs", "0"]).code(2).stderr(contains("--runs"));
     caribou(&["bench", "--twin", "--dump-rays", &out]).code(2).stderr(contains("--rays"));
+    caribou(&["bench", "--twin", "--step-trace", &out]).code(2).stderr(contains("--rays"));
+    caribou(&["bench", "--twin", "--trace-rays", "5"]).code(2).stderr(contains("--step-trace"));
+    caribou(&["bench", "--kernels", "/nowhere"]).code(2).stderr(contains("/nowhere"));
+    caribou(&["info", "builtin:cornell", "--partition", "level:99"]).code(2).stderr(contains("from 0 to 63"));
+    caribou(&["info", "builtin:cornell", "--partition", "level:2", "--sms", "0"]).code(2).stderr(contains("1 to 1024"));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn migration_is_reported() {
+    let folder = folder();
+    let steps = text(&folder.path().join("steps.bin"));
+    caribou(&["info", "builtin:gallery", "--partition", "bytes:16KiB"]).success().stdout(contains("expected visits"));
+    let bench = ["bench", "builtin:gallery", "--twin", "--width", "64", "--height", "48", "--runs", "1"];
+    let migrate = ["--strategy", "all", "--partition", "sah:4KiB", "--sms", "4"];
+    let table = [&bench[..], &migrate, &["--rays", "primary,ao"]].concat();
+    caribou(&table).success().stdout(contains("busiest SM").and(contains("persistent")));
+    let trace = ["--strategy", "migrate", "--rays", "diffuse", "--step-trace", &steps, "--trace-rays", "100"];
+    caribou(&[&bench[..], &trace].concat()).success();
+    assert_eq!(caribou::trace::StepSample::read(steps.as_ref()).unwrap().rays.len(), 100);
 }
 
 #[test]
@@ -92,7 +120,11 @@ fn renders_every_channel(device: &[&str]) {
         .success()
         .stdout(contains("Mrays/s").and(contains("device")));
     let vectors = ["N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B", "P.X", "P.Y", "P.Z"];
-    assert_sound(exr.as_ref(), (80, 60), &[&COLOR[..], &["Z", "primId", "steps"], &vectors].concat());
+    assert_sound(
+        exr.as_ref(),
+        (80, 60),
+        &[&COLOR[..], &["Z", "primId", "steps", "migrations", "subtrees"], &vectors].concat(),
+    );
     assert!(Path::new(&png).exists());
     let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
     assert_eq!(report["schema"], "caribou-render/1");

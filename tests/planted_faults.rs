@@ -106,21 +106,21 @@ macro_rules! planted {
 
 planted! {
     /// The check itself finds nothing where there is nothing.
-    gpu_no_fault: "queue_scatter.comp", "sorted[place] = entry;" => "sorted[place] = entry; ", Nothing;
-    gpu_dropped_record: "queue_scatter.comp",
+    planted_no_fault: "queue_scatter.comp", "sorted[place] = entry;" => "sorted[place] = entry; ", Nothing;
+    planted_dropped_record: "queue_scatter.comp",
         "sorted[place] = entry;" => "if (entry.ray != 777u) sorted[place] = entry;", Conservation;
-    gpu_doubled_record: "queue_scatter.comp",
+    planted_doubled_record: "queue_scatter.comp",
         "sorted[place] = entry;" => "if (entry.ray == 777u) entry.ray = entries[0].ray; sorted[place] = entry;", Conservation;
-    gpu_record_in_two_queues: "include/migrate.glsl",
+    planted_record_in_two_queues: "include/migrate.glsl",
         "queue[at].subtree = travel.subtree;" => "queue[at].subtree = entry.ray == 777u ? 0u : travel.subtree;", Conservation;
-    gpu_skipped_barrier: "queue_prefix.comp",
+    planted_skipped_barrier: "queue_prefix.comp",
         ": 0u;\n        barrier();" => ": 0u;", Conservation;
-    gpu_wrong_trail: "include/top_tree.glsl",
+    planted_wrong_trail: "include/top_tree.glsl",
         "trail = trail_above(trail, level);" => "trail = trail_above(trail, max(level, 1u) - 1u);", Hits;
-    gpu_stale_best_hit: "include/migrate.glsl",
+    planted_stale_best_hit: "include/migrate.glsl",
         "hits[i] = hit;" => "if (is_end) hits[i] = hit;", Hits;
-    gpu_bypass_that_forgets_to_count: "include/migrate.glsl",
+    planted_bypass_that_forgets_to_count: "include/migrate.glsl",
         "if (stays) counted.bypasses += 1u;" => "if (stays) counted.bypasses += 0u;", Conservation;
-    gpu_wrong_owner: "include/migrate.glsl",
+    planted_wrong_owner: "include/migrate.glsl",
         "owner == share.sm" => "owner == (share.sm ^ 1u)", Counters;
 }
