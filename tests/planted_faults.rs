@@ -39,7 +39,7 @@ fn check(file: &str, original: &str, fault: &str) -> Option<Finding> {
     let folder = tempfile::tempdir().unwrap();
     plant(folder.path(), file, original, fault);
     let kernels = Some(folder.path().to_owned());
-    let Some(gpu) = common::gpu_with(&GpuOptions { kernels, ..GpuOptions::default() }) else { return None };
+    let gpu = common::gpu_with(&GpuOptions { kernels, ..GpuOptions::default() })?;
     let scene = caribou::scene::procedural::build("forest", 4_000, 1).unwrap();
     let bvh = common::bvh(&scene);
     let machine = MachineOptions { partition: "bytes:4KiB".parse().unwrap(), sms: 4, ..MachineOptions::default() };

@@ -73,7 +73,7 @@ impl Verify {
             bvh,
             tables,
             camera: &camera,
-            settings: settings.clone(),
+            settings,
             features,
             aovs: true,
             tracing: TracerOptions { strategy, ..TracerOptions::default() },
