@@ -163,9 +163,9 @@ impl<'a> Replay<'a> {
         times: Times,
     ) -> Replay<'a> {
         let resident = u64::from(occupancy.warps) * LANES as u64 * u64::from(machine.sms);
-        let lines = (machine.l1.sets() * machine.l1.ways()) as usize;
+        let lines = (machine.l1.sets() * machine.l1.ways) as usize;
         let sm = |_| Multiprocessor {
-            cache: Cache::new(machine.l1.sets(), machine.l1.ways(), machine.l1.mapping),
+            cache: Cache::new(machine.l1.sets(), machine.l1.ways, machine.l1.mapping),
             fills: vec![0.0; lines],
             under_way: BinaryHeap::new(),
             issue_free: 0.0,

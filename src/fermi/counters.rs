@@ -48,7 +48,7 @@ pub fn predict(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Resul
     let warps = rays.div_ceil(LANES as u64) as f64;
 
     // Each multiprocessor sees its share of the touches of every line, and the L2 those that miss.
-    let l1_lines = (machine.l1.sets() * machine.l1.ways()) as f64;
+    let l1_lines = (machine.l1.sets() * machine.l1.ways) as f64;
     let per_sm: Vec<f64> = totals.lines.values().map(|&n| n as f64 / sms).collect();
     let l1_misses = missing(&per_sm, l1_lines) * sms;
     let touches: f64 = per_sm.iter().sum::<f64>() * sms;

@@ -118,8 +118,10 @@ pub enum Unit {
 pub struct L1 {
     /// Capacity.
     pub kib: u64,
-    /// Ways; 0 for those of the capacity on Fermi: 4, and 6 at 48 KiB.
+    /// Ways; an override of the capacity alone brings those that Fermi has with it.
     pub ways: u64,
+    /// Bytes of a line.
+    pub line: u64,
     /// From line address to set.
     pub mapping: Mapping,
     /// Lines under way at most.
@@ -166,6 +168,8 @@ pub struct L2 {
     pub slice_kib: u64,
     /// Ways.
     pub ways: u64,
+    /// Bytes of a line.
+    pub line: u64,
     /// Lines under way at most, a slice.
     pub mshrs: usize,
     /// Accesses a line under way serves at most.
@@ -249,7 +253,11 @@ impl Machine {
     /// # Errors
     /// [`Error::Input`] naming key and file.
     pub fn parse(source: Source, overrides: &[String]) -> Result<Machine> {
-        let machine: Machine = Text::new(&source, overrides)?.read()?;
+        let mut machine: Machine = Text::new(&source, overrides)?.read()?;
+        let overrides_key = |key: &str| overrides.iter().any(|setting| setting.starts_with(key));
+        if overrides_key("l1.kib=") && !overrides_key("l1.ways=") {
+            machine.l1.ways = L1::natural_ways(machine.l1.kib);
+        }
         machine
             .check()
             .map_err(|(key, problem)| Error::input(source.file, key, problem, "give a value that hardware can have"))?;
@@ -315,7 +323,13 @@ impl Machine {
                 return Err((key.to_owned(), format!("{value} is no power of two from {LINE} on")));
             }
         }
-        self.geometry("l1", self.l1.kib, self.l1.ways())?;
+        for (key, line) in [("l1.line", self.l1.line), ("l2.line", self.l2.line)] {
+            if line != LINE {
+                let power = if line.is_power_of_two() { "" } else { " no power of two, and" };
+                return Err((key.to_owned(), format!("{line} is{power} not the {LINE} bytes by which warps coalesce")));
+            }
+        }
+        self.geometry("l1", self.l1.kib, self.l1.ways)?;
         self.geometry("l2", self.l2.slice_kib, self.l2.ways)?;
         if self.l1.mapping == Mapping::Hashed && !matches!(self.l1.sets(), 32 | 64) {
             return Err(("l1.mapping".to_owned(), format!("the hash is of 32 or 64 sets, not {}", self.l1.sets())));
@@ -366,18 +380,13 @@ impl Sm {
 }
 
 impl L1 {
-    /// Ways, by capacity where the description leaves them open.
-    pub fn ways(&self) -> u64 {
-        match (self.ways, self.kib) {
-            // fermi.md, Caches: 16 KB is 32 sets of 4, 48 KB is 64 sets of 6.
-            (0, 48) => 6,
-            (0, _) => 4,
-            (ways, _) => ways,
-        }
+    /// Ways that Fermi has at a capacity (fermi.md, Caches: 16 KB is 32 sets of 4, 48 KB is 64 sets of 6).
+    fn natural_ways(kib: u64) -> u64 {
+        if kib == 48 { 6 } else { 4 }
     }
 
     /// Sets.
     pub fn sets(&self) -> u64 {
-        self.kib * 1024 / LINE / self.ways()
+        self.kib * 1024 / LINE / self.ways
     }
 }

@@ -39,6 +39,9 @@ struct Bank {
 pub struct Channel {
     timing: Dram,
     banks: Vec<Bank>,
+    /// Banks with a job, and with waiting requests, a bit each.
+    busy_banks: u64,
+    queued: u64,
     /// Bank that is served first.
     first: usize,
     intake: VecDeque<Job>,
@@ -61,6 +64,8 @@ impl Channel {
     pub fn new(timing: &Dram) -> Channel {
         Channel {
             banks: vec![Bank::default(); timing.banks as usize],
+            busy_banks: 0,
+            queued: 0,
             first: 0,
             intake: VecDeque::new(),
             waiting: 0,
@@ -104,6 +109,11 @@ impl Channel {
         self.returned.pop_front()
     }
 
+    /// Lets `cycles` pass.
+    pub fn skip(&mut self, cycles: u64) {
+        self.now += cycles;
+    }
+
     /// One cycle.
     pub fn step(&mut self) {
         self.now += 1;
@@ -138,37 +148,41 @@ impl Channel {
     fn schedule(&mut self) {
         while self.waiting < self.timing.queue {
             let Some(job) = self.intake.pop_front() else { break };
+            self.queued |= 1 << job.bank;
             self.banks[job.bank].waiting.push_back(job);
             self.waiting += 1;
         }
-        let banks = self.banks.len();
-        for k in 0..banks {
-            let at = (self.first + k) % banks;
+        if let Some(at) = self.in_turn(self.queued & !self.busy_banks).next() {
             let bank = &mut self.banks[at];
-            if bank.job.is_some() || bank.waiting.is_empty() {
-                continue;
-            }
             let row = bank.favoured.unwrap_or(bank.row);
             let chosen = bank.waiting.iter().position(|job| job.row == row).unwrap_or(0);
             if let Some(job) = bank.waiting.remove(chosen) {
                 bank.favoured = bank.waiting.iter().any(|other| other.row == job.row).then_some(job.row);
                 bank.job = Some(job);
+                self.busy_banks |= 1 << at;
+                if bank.waiting.is_empty() {
+                    self.queued &= !(1 << at);
+                }
                 self.waiting -= 1;
-                self.first = (self.first + 1) % banks;
+                self.first = (self.first + 1) % self.banks.len();
             }
-            break;
         }
     }
 
     /// Issues one command to the first bank that can take one.
     fn command(&mut self) {
-        let banks = self.banks.len();
-        for k in 0..banks {
-            let at = (self.first + k) % banks;
-            if self.banks[at].job.is_some() && self.command_bank(at) {
+        for at in self.in_turn(self.busy_banks) {
+            if self.command_bank(at) {
                 break;
             }
         }
+    }
+
+    /// Banks of `set`, the one that is served first at the head.
+    fn in_turn(&self, set: u64) -> impl Iterator<Item = usize> + use<> {
+        let first = self.first;
+        let (from_first, before) = (set >> first << first, set & ((1 << first) - 1));
+        bits(from_first).chain(bits(before))
     }
 
     fn command_bank(&mut self, at: usize) -> bool {
@@ -199,6 +213,7 @@ impl Channel {
             }
             if job.sent >= u64::from(job.request.bytes) {
                 bank.job = None;
+                self.busy_banks &= !(1 << at);
             }
             true
         } else if bank.open.is_none() {
@@ -223,4 +238,13 @@ impl Channel {
             true
         }
     }
+}
+
+/// Indices of the bits set.
+fn bits(mut set: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = set.trailing_zeros();
+        set &= set.wrapping_sub(1);
+        (bit < u64::BITS).then_some(bit as usize)
+    })
 }

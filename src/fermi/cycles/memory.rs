@@ -106,7 +106,10 @@ pub struct Memory {
     /// Requests on their way to each channel.
     delay: Vec<VecDeque<(u64, Request)>>,
     turn: Vec<usize>,
-    ticks: f64,
+    /// Part of a cycle of the channels' clock that has passed, in units of 1 / `clocks.1`.
+    ticks: u64,
+    /// Clocks of memory and core, kHz.
+    clocks: (u64, u64),
     counts: Counts,
 }
 
@@ -140,7 +143,8 @@ impl Memory {
             channels: vec![Channel::new(&machine.dram); channels],
             delay: vec![VecDeque::new(); channels],
             turn: vec![0; channels],
-            ticks: 0.0,
+            ticks: 0,
+            clocks: ((machine.dram.mhz * 1e3).round() as u64, (machine.clock_mhz * 1e3).round() as u64),
             counts: Counts::default(),
             addresses: Addresses::new(machine),
             machine: machine.clone(),
@@ -181,9 +185,7 @@ impl Memory {
     /// One core cycle.
     pub fn step(&mut self, now: u64) {
         self.up.step(now);
-        self.ticks += self.machine.dram.mhz / self.machine.clock_mhz;
-        while self.ticks >= 1.0 {
-            self.ticks -= 1.0;
+        for _ in 0..self.channel_cycles(1) {
             for channel in 0..self.channels.len() {
                 self.step_channel(channel, now);
             }
@@ -192,6 +194,21 @@ impl Memory {
             self.step_slice(slice, now);
         }
         self.down.step(now);
+    }
+
+    /// Lets `cycles` pass in which nothing is under way.
+    pub fn skip(&mut self, cycles: u64) {
+        let passed = self.channel_cycles(cycles);
+        self.channels.iter_mut().for_each(|channel| channel.skip(passed));
+    }
+
+    /// Cycles of the channels' clock that `cycles` of the core's bring.
+    fn channel_cycles(&mut self, cycles: u64) -> u64 {
+        let (memory, core) = self.clocks;
+        self.ticks += cycles * memory;
+        let passed = self.ticks / core;
+        self.ticks %= core;
+        passed
     }
 
     fn step_channel(&mut self, at: usize, now: u64) {

@@ -31,6 +31,15 @@ pub fn replay(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Result
     Ok(launch.prediction(cycles, occupancy))
 }
 
+/// As [`replay`], without skipping the cycles in which nothing can happen: to test that it changes nothing.
+#[cfg(test)]
+pub(super) fn replay_every_cycle(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Result<Prediction> {
+    let occupancy = launchable(machine, kernel)?;
+    let mut launch = Launch { every_cycle: true, ..Launch::new(machine, kernel, workload, occupancy) };
+    let cycles = launch.run();
+    Ok(launch.prediction(cycles, occupancy))
+}
+
 struct Launch<'a> {
     machine: &'a Machine,
     kernel: &'a Kernel,
@@ -45,6 +54,8 @@ struct Launch<'a> {
     /// Multiprocessor that took a block last.
     last: usize,
     warps_a_block: usize,
+    /// Step through every cycle.
+    every_cycle: bool,
 }
 
 impl<'a> Launch<'a> {
@@ -66,6 +77,7 @@ impl<'a> Launch<'a> {
             started: 0,
             last: 0,
             warps_a_block,
+            every_cycle: false,
         }
     }
 
@@ -78,7 +90,7 @@ impl<'a> Launch<'a> {
                 room = self.dispatch(now);
             }
             for at in 0..self.sms.len() {
-                if self.sms[at].due(&self.memory, now) {
+                if self.every_cycle || self.sms[at].due(&self.memory, now) {
                     room |= self.sms[at].step(self.machine, &self.program, &mut self.memory, now);
                 }
             }
@@ -86,9 +98,11 @@ impl<'a> Launch<'a> {
             if self.started == self.blocks && self.sms.iter().all(Sm::empty) {
                 break;
             }
-            if !room && self.memory.idle() {
+            if !self.every_cycle && !room && self.memory.idle() {
                 let next = self.sms.iter().map(Sm::next).min().unwrap_or(now);
-                now = now.max(next.saturating_sub(1));
+                let skipped = next.saturating_sub(now + 1);
+                self.memory.skip(skipped);
+                now += skipped;
             }
         }
         self.sms.iter_mut().for_each(|sm| sm.settle(now + 1));

@@ -176,7 +176,6 @@ impl Sm<'_> {
         if self.code[line] == CodeLine::Missing {
             self.code[line] = CodeLine::Coming;
             self.misses.push_back(self.request(Kind::Fetch, CODE + line as u64, LINE as u16, 0, now));
-            self.wake = now + 1;
         }
     }
 

@@ -92,7 +92,7 @@ pub struct Sm<'a> {
 impl<'a> Sm<'a> {
     /// An empty multiprocessor with room for `blocks` blocks of `warps` warps.
     pub fn new(id: usize, machine: &Machine, blocks: usize, warps: usize) -> Sm<'a> {
-        let (sets, ways) = (machine.l1.sets(), machine.l1.ways());
+        let (sets, ways) = (machine.l1.sets(), machine.l1.ways);
         let schedulers = machine.sm.schedulers as usize;
         Sm {
             id: id as u16,
@@ -169,7 +169,7 @@ impl<'a> Sm<'a> {
             self.order[scheduler].retain(|&other| other != at);
             self.order[scheduler].push(at);
         }
-        self.wake = self.wake.min(now + 1);
+        self.wake = now;
     }
 
     /// Whether there is something to do in cycle `now`.
@@ -216,20 +216,10 @@ impl<'a> Sm<'a> {
         self.access(machine, program, now);
         let (issued, blocked) = self.issue(machine, program, now);
         finished |= issued.2;
-        let earliest = self.earliest();
         if issued.0 > 0 {
             let share = f64::from(issued.1) / f64::from(issued.0 * LANES as u32);
             self.cpi.base += share;
             self.cpi.divergence += 1.0 - share;
-        }
-        self.stall = match blocked {
-            Some(stall) => stall,
-            None if self.empty() => Stall::Idle,
-            None if earliest == NEVER => Stall::MemoryData,
-            None => Stall::ComputeData,
-        };
-        if issued.0 == 0 {
-            self.charge(self.stall, 1.0);
         }
         // Where the load pipeline is stuck, warps that want it wait for a packet from outside like those that wait
         // for loads.
@@ -240,8 +230,23 @@ impl<'a> Sm<'a> {
             || !self.served.is_empty()
             || self.write_back.is_some()
             || self.arrived.is_some();
-        let earliest = if blocked.is_some() && issued.0 == 0 { self.earliest_after(now) } else { earliest };
-        self.wake = if busy { now + 1 } else { earliest.max(now + 1) };
+        self.wake = now + 1;
+        if issued.0 == 0 || !busy {
+            let earliest = self.earliest();
+            self.stall = match blocked {
+                Some(stall) => stall,
+                None if self.empty() => Stall::Idle,
+                None if earliest == NEVER => Stall::MemoryData,
+                None => Stall::ComputeData,
+            };
+            if issued.0 == 0 {
+                self.charge(self.stall, 1.0);
+            }
+            if !busy {
+                let next = if blocked.is_some() && issued.0 == 0 { self.earliest_after(now) } else { earliest };
+                self.wake = next.max(now + 1);
+            }
+        }
         finished
     }
 
