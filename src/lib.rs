@@ -5,6 +5,7 @@ pub mod atomic_file;
 pub mod bvh;
 pub mod cli;
 pub mod error;
+pub mod fermi;
 pub mod layout;
 pub mod render;
 pub mod report;

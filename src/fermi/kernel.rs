@@ -1,0 +1,278 @@
+//! Kernels as the machine sees them: registers, block size, and a listing of each basic block.
+
+use std::collections::HashMap;
+
+use serde::Deserialize;
+
+use super::occupancy::Demand;
+use super::settings::{Source, Text};
+use crate::{Error, Result};
+
+/// Embedded descriptions, by name.
+const KERNELS: &[(&str, &str)] = &[
+    ("while-while", include_str!("kernels/while-while.toml")),
+    ("speculative-while-while", include_str!("kernels/speculative-while-while.toml")),
+];
+
+/// Most registers a listing may name: far above what a thread has, low enough for a byte.
+const MAX_NAMES: usize = 200;
+
+/// A traversal kernel.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    /// Name of the description.
+    pub name: String,
+    /// Registers a thread.
+    pub registers: u32,
+    /// Threads a block.
+    pub threads: u32,
+    /// Bytes of shared memory a block.
+    pub shared: u32,
+    /// How its loops are nested.
+    pub loops: Loops,
+    /// Registers named in the listings.
+    pub names: usize,
+    blocks: HashMap<Block, Vec<Instruction>>,
+}
+
+/// Nesting of the traversal loops.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Loops {
+    /// Nodes until all lanes have a leaf, then leaves until all lanes have a node (Aila and Laine 2009).
+    WhileWhile,
+    /// As above, but a lane with a leaf goes on through nodes until all lanes have one.
+    SpeculativeWhileWhile,
+}
+
+/// Basic blocks of a traversal kernel, in the order of its code: control that passes to the next block
+/// falls through, any other is a jump.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Block {
+    /// From launch to the loops: reads the ray, puts the end marker on the stack.
+    Entry,
+    /// Head of the outer loop.
+    Outer,
+    /// Box tests of a node.
+    Node,
+    /// At least one child was met: which is next?
+    Descend,
+    /// Both were met: the farther goes on the stack.
+    Push,
+    /// None was met: the next comes off the stack.
+    Pop,
+    /// Foot of the node loop.
+    NodeEnd,
+    /// Head of a leaf.
+    Leaf,
+    /// Test of one triangle.
+    Triangle,
+    /// Foot of the leaf loop: the next comes off the stack.
+    LeafPop,
+    /// Foot of the outer loop.
+    OuterEnd,
+    /// Writes the hit.
+    Exit,
+}
+
+impl Block {
+    /// All blocks in the order of the code.
+    pub const ALL: [Block; 12] = [
+        Block::Entry,
+        Block::Outer,
+        Block::Node,
+        Block::Descend,
+        Block::Push,
+        Block::Pop,
+        Block::NodeEnd,
+        Block::Leaf,
+        Block::Triangle,
+        Block::LeafPop,
+        Block::OuterEnd,
+        Block::Exit,
+    ];
+}
+
+/// What an instruction does, as far as time is concerned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Operation {
+    /// Move, compare, select, logic, shift, conversion, negation.
+    Simple,
+    /// Branch: as `Simple`, without a result.
+    Branch,
+    /// Addition and subtraction, integer or floating-point.
+    Add,
+    /// Fused multiply-add.
+    Fma,
+    /// Minimum and maximum.
+    Minmax,
+    /// Floating-point product.
+    Mul,
+    /// Integer product.
+    Imul,
+    /// Integer multiply-add.
+    Imad,
+    /// Reciprocal.
+    Rcp,
+    /// Reads memory.
+    Load,
+    /// Writes memory.
+    Store,
+}
+
+/// One instruction; registers are numbered from 1, 0 is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Instruction {
+    /// What it does.
+    pub operation: Operation,
+    /// Register it writes.
+    pub destination: u8,
+    /// Registers it reads.
+    pub sources: [u8; 5],
+}
+
+impl Instruction {
+    /// Registers that the operand collector reads for it; the predicate of a branch is none.
+    pub fn operands(&self) -> u64 {
+        match self.operation {
+            Operation::Branch => 0,
+            _ => self.sources.iter().filter(|&&register| register != 0).count() as u64,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Description {
+    name: String,
+    registers: u32,
+    threads: u32,
+    shared: u32,
+    loops: Loops,
+    /// Kernel whose blocks these are.
+    like: Option<String>,
+    #[serde(default)]
+    blocks: HashMap<Block, String>,
+}
+
+impl Kernel {
+    /// The embedded kernel `name`, with `overrides` as `key=value`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an unknown name, [`Error::Input`] for unknown keys and impossible values.
+    pub fn named(name: &str, overrides: &[String]) -> Result<Kernel> {
+        let source = Source::embedded("kernel", KERNELS, name)?;
+        Kernel::parse(source, overrides)
+    }
+
+    /// Names of the embedded kernels.
+    pub fn known() -> impl Iterator<Item = &'static str> {
+        KERNELS.iter().map(|&(name, _)| name)
+    }
+
+    /// Reads a description.
+    ///
+    /// # Errors
+    /// [`Error::Input`] naming key and file.
+    pub fn parse(source: Source, overrides: &[String]) -> Result<Kernel> {
+        let description: Description = Text::new(&source, overrides)?.read()?;
+        let bad = |key: &str, problem: String| Error::input(source.file, key, problem, "correct the description");
+        for (key, value, allowed) in
+            [("registers", description.registers, 1..=63), ("threads", description.threads, 1..=1024)]
+        {
+            if !allowed.contains(&value) {
+                return Err(bad(key, format!("{value} is not in {} to {}", allowed.start(), allowed.end())));
+            }
+        }
+        let mut listings = description.blocks;
+        if let Some(other) = &description.like {
+            let source = Source::embedded("kernel", KERNELS, other)?;
+            listings.extend(Text::new(&source, &[])?.read::<Description>()?.blocks);
+        }
+        let mut names = HashMap::new();
+        let mut blocks = HashMap::new();
+        for block in Block::ALL {
+            let Some(text) = listings.get(&block) else {
+                return Err(bad("blocks", format!("no block for {block:?}")));
+            };
+            let listing = listing(text, &mut names).map_err(|problem| bad(&format!("blocks.{block:?}"), problem))?;
+            blocks.insert(block, listing);
+        }
+        if names.len() > MAX_NAMES {
+            return Err(bad("blocks", format!("{} registers, more than {MAX_NAMES}", names.len())));
+        }
+        let Description { name, registers, threads, shared, loops, .. } = description;
+        Ok(Kernel { name, registers, threads, shared, loops, names: names.len(), blocks })
+    }
+
+    /// What a block asks of a multiprocessor.
+    pub fn demand(&self) -> Demand {
+        Demand { registers: self.registers, threads: self.threads, shared: self.shared }
+    }
+
+    /// Instructions of a block.
+    pub fn block(&self, block: Block) -> &[Instruction] {
+        self.blocks.get(&block).map_or(&[], Vec::as_slice)
+    }
+
+    /// Instructions of all blocks, in the order of the code, and where each block starts.
+    pub fn code(&self) -> (Vec<Instruction>, [u32; Block::ALL.len() + 1]) {
+        let mut code = Vec::new();
+        let mut starts = [0; Block::ALL.len() + 1];
+        for (i, block) in Block::ALL.into_iter().enumerate() {
+            code.extend(self.block(block));
+            starts[i + 1] = code.len() as u32;
+        }
+        (code, starts)
+    }
+}
+
+/// Parses a listing: one instruction a line, `result = operation source source`, the result left out where
+/// there is none; `#` starts a comment, `N x` before an operation repeats it.
+fn listing(text: &str, names: &mut HashMap<String, u8>) -> Result<Vec<Instruction>, String> {
+    let mut all = Vec::new();
+    for line in text.lines() {
+        let line = line.split('#').next().unwrap_or_default().trim();
+        if line.is_empty() {
+            continue;
+        }
+        let (result, rest) = match line.split_once('=') {
+            Some((result, rest)) => (Some(result.trim()), rest),
+            None => (None, line),
+        };
+        let mut words = rest.split_whitespace();
+        let word = words.next().ok_or_else(|| format!("'{line}' has no operation"))?;
+        let operation = operation(word).ok_or_else(|| format!("'{line}': unknown operation '{word}'"))?;
+        let mut register = |name: &str| -> Result<u8, String> {
+            let next = names.len() + 1;
+            let number = *names.entry(name.to_owned()).or_insert(next.min(255) as u8);
+            Ok(number)
+        };
+        let mut sources = [0; 5];
+        for (i, name) in words.enumerate() {
+            *sources.get_mut(i).ok_or_else(|| format!("'{line}' has more than five sources"))? = register(name)?;
+        }
+        let destination = result.map_or(Ok(0), &mut register)?;
+        all.push(Instruction { operation, destination, sources });
+    }
+    Ok(all)
+}
+
+fn operation(word: &str) -> Option<Operation> {
+    Some(match word {
+        "mov" | "setp" | "selp" | "and" | "or" | "not" | "shl" | "shr" | "neg" | "abs" | "cvt" => Operation::Simple,
+        "bra" | "ret" => Operation::Branch,
+        "add" | "sub" => Operation::Add,
+        "fma" => Operation::Fma,
+        "min" | "max" => Operation::Minmax,
+        "mul" => Operation::Mul,
+        "imul" => Operation::Imul,
+        "imad" => Operation::Imad,
+        "rcp" => Operation::Rcp,
+        "ld" => Operation::Load,
+        "st" => Operation::Store,
+        _ => return None,
+    })
+}
