@@ -23,7 +23,7 @@ fn text(path: &Path) -> String {
 fn help_and_version_are_no_errors() {
     caribou(&["--help"]).success().stdout(contains("Exit codes"));
     caribou(&["--version"]).success().stdout(contains(env!("CARGO_PKG_VERSION")));
-    for command in ["render", "info", "bench", "scene", "verify"] {
+    for command in ["render", "info", "bench", "scene", "verify", "model", "occupancy"] {
         caribou(&[command, "--help"]).success();
     }
 }
@@ -167,4 +167,39 @@ fn empty_scenes_are_rendered() {
     caribou(&["render", &text(&gltf), "--twin", "--width", "8", "--height", "8", "-o", &text(&exr)])
         .success()
         .stdout(contains("0 triangles"));
+}
+
+#[test]
+fn the_model_prints_a_table_or_json_and_refuses_what_cannot_be() {
+    let small = ["model", "builtin:cornell", "--width", "16", "--height", "8"];
+    caribou(&small).success().stdout(contains("cycles").and(contains("limited by registers")));
+    let json = caribou(&[&small[..], &["--json", "-", "--fidelity", "caches", "--set", "sms=2"]].concat()).success();
+    let json: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).unwrap();
+    assert_eq!((json["rays"].as_u64(), json["occupancy"]["warps"].as_u64()), (Some(128), Some(20)));
+    for (arguments, message) in [
+        (&["--machine", "gtx9"][..], "gpgpusim-3.2.2"),
+        (&["--kernel", "none"], "while-while"),
+        (&["--set", "l1.ways=3"], "l1.ways"),
+        (&["--set", "l1.wais=4"], "l1.ways"),
+        (&["--set", "kernel.registers=64"], "registers"),
+        (&["--set", "sms"], "key=value"),
+        (&["--bvh", "a.bvh"], "cannot be used with"),
+    ] {
+        caribou(&[&small[..], arguments].concat()).code(2).stderr(contains(message));
+    }
+    caribou(&["model", "--bvh", "a.bvh"]).code(2).stderr(contains("--ray-file"));
+    caribou(&["model", "--bvh", "none.bvh", "--ray-file", "none.rays"]).code(2).stderr(contains("none.bvh"));
+}
+
+#[test]
+fn occupancy_names_its_limiter_and_draws() {
+    let folder = folder();
+    let chart = text(&folder.path().join("a.svg"));
+    let demand = ["occupancy", "--regs", "21", "--threads", "192"];
+    caribou(&[&demand[..], &["-o", &chart]].concat()).success().stdout(contains("7 blocks, 42 of 48 warps"));
+    assert!(std::fs::read_to_string(&chart).unwrap().contains("registers a thread"));
+    let rule = ["occupancy", "--regs", "42", "--threads", "192", "--shared", "3000", "--rule", "gpgpusim"];
+    caribou(&rule).success().stdout(contains("3 blocks, 18 of 48 warps"));
+    caribou(&["occupancy", "--regs", "33", "--threads", "1024"]).success().stdout(contains("the launch fails"));
+    caribou(&[&demand[..], &["-o", "a.gif"]].concat()).code(2).stderr(contains(".svg"));
 }

@@ -4,6 +4,8 @@ mod bench;
 mod info;
 mod input;
 mod memory;
+mod model;
+mod occupancy;
 mod output;
 mod progress;
 mod render;
@@ -36,6 +38,8 @@ enum Command {
     Bench(bench::Bench),
     Scene(scene::SceneCommand),
     Verify(verify::Verify),
+    Model(Box<model::Model>),
+    Occupancy(occupancy::Occupancy),
 }
 
 /// Runs the program on `args` (the program's name first) and returns its exit code:
@@ -56,6 +60,8 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Bench(command) => command.run(),
         Command::Scene(command) => command.run(),
         Command::Verify(command) => command.run(),
+        Command::Model(command) => command.run(),
+        Command::Occupancy(command) => command.run(),
     };
     finish(result)
 }

@@ -2,7 +2,10 @@
 
 pub mod bench;
 pub mod machine;
+pub mod model;
+pub mod occupancy_chart;
 pub mod ray_dump;
+pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod statistics;
