@@ -7,19 +7,19 @@ layout(constant_id = SPEC_RECORD) const bool RECORD = false;
 
 layout(buffer_reference, std430, buffer_reference_align = 4) writeonly buffer Steps { uint at[]; };
 
-Steps steps_of_ray; // where the words of the ray in hand begin
+uvec2 steps_of_ray; // address of the words of the ray in hand; 0: it is not recorded
 uint steps_before; // words of earlier rounds
-bool is_recorded;
 
-// The ray's words go to `address`, those of the visits in `before` are there; 0: it is not recorded.
+// The ray's words go to `address`; those of the visits in `before` are there.
 void begin_steps(uvec2 address, RayCounters before) {
-    is_recorded = address != uvec2(0u);
     steps_before = before.node_visits + before.leaf_visits;
-    steps_of_ray = Steps(address);
+    steps_of_ray = address;
 }
 
 // Call it after the visit was counted: the counters tell the word's place.
 void record_step(RayCounters counters, uint word) {
-    if (RECORD && is_recorded) steps_of_ray.at[steps_before + counters.node_visits + counters.leaf_visits - 1u] = word;
+    if (RECORD && steps_of_ray != uvec2(0u)) {
+        Steps(steps_of_ray).at[steps_before + counters.node_visits + counters.leaf_visits - 1u] = word;
+    }
 }
 #endif

@@ -6,6 +6,7 @@ pub mod exchange;
 pub mod geometry;
 mod migrator;
 pub mod options;
+mod queues;
 pub mod step_sample;
 pub mod steps;
 pub mod stream;
