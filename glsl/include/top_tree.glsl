@@ -12,10 +12,10 @@ layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Pla
 uint next_subtree(Nodes top, Places places, Ray ray, BoxRay box, float t, uint link, uint above, uint came_from,
                   inout uvec2 trail, inout RayCounters counters, inout uint steps) {
     bool walking = link == LINK_DONE ? trail != uvec2(0u) : is_node(link);
+    uvec4 links = walking && link == LINK_DONE ? load_top_links(top, above) : uvec4(0u); // of `above`
     while (walking) {
         if (link == LINK_DONE) {
             uint level = deepest_pending(trail);
-            uvec4 links = load_top_links(top, above);
             while (links.w > level) {
                 came_from = above;
                 above = links.z;
@@ -34,6 +34,7 @@ uint next_subtree(Nodes top, Places places, Ray ray, BoxRay box, float t, uint l
             steps += 1u;
             above = link;
             Node node = load_top_node(top, link);
+            links = uvec4(node.child, node.parent, node.level);
             Met met = met_children(node, box, ray.t_min, t);
             if (both_children(met)) trail |= level_bit(node.level);
             if (COUNT) {

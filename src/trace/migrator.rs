@@ -5,16 +5,17 @@ use super::geometry::{Geometry, address};
 use super::options::MachineOptions;
 use super::queues::Queues;
 use super::stream::Stream;
-use super::tracer::RayBuffers;
+use super::tracer::{RayBuffers, steps_in_turn};
 use crate::bvh::{Bvh, Partition};
 use crate::layout::{MigratePush, Node, QueueEntry, RayCounters, Round, Travel, Visit};
 use crate::shared::*;
 use crate::vulkan::{Buffer, Gpu, Pipeline, Place};
 use crate::{Error, Result};
 
-/// Steps of an invocation in a round. Loops take at most three turns a step, so that this stays below 65,535,
-/// the strictest limit known of any driver. The same everywhere, because the number of rounds depends on it.
-pub const QUOTA: u32 = 20_000;
+/// Steps of an invocation in a round: what every invocation of a subgroup can take one after the other below
+/// 65,535 turns, the strictest limit known of any driver. The same everywhere, because the number of rounds
+/// depends on it.
+pub const QUOTA: u32 = steps_in_turn(65_535);
 
 /// Rounds that the device runs before the host looks whether any ray is left.
 const ROUNDS_A_SUBMISSION: u32 = 8;

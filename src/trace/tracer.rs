@@ -18,6 +18,23 @@ const LIMIT_MARGIN: u32 = 1024;
 /// Most turns of loops that an invocation takes a step; see `glsl/include/traverse.glsl`.
 const TURNS_A_STEP: u32 = 3;
 
+/// Most lanes that a software driver has (lavapipe with vectors of 512 bits).
+const CPU_DRIVER_LANES: u32 = 16;
+
+/// Steps of an invocation of which a driver ends loops after `limit` turns, if the lanes of its subgroup take
+/// their steps together: a turn of any is a turn of all.
+const fn steps_together(limit: u32) -> u32 {
+    let steps = limit.saturating_sub(LIMIT_MARGIN) / TURNS_A_STEP;
+    if steps > 0 { steps } else { 1 }
+}
+
+/// Likewise if each invocation goes through several rays: in the worst case no two lanes take a step at the same
+/// time, and each waits for the turns of all others.
+pub(super) const fn steps_in_turn(limit: u32) -> u32 {
+    let steps = steps_together(limit) / CPU_DRIVER_LANES;
+    if steps > 0 { steps } else { 1 }
+}
+
 /// Buffers of a batch of rays.
 #[derive(Clone, Copy)]
 pub struct RayBuffers<'b> {
@@ -84,9 +101,12 @@ impl Tracer {
     /// # Errors
     /// [`crate::Error::Usage`] for options out of range, [`crate::Error::Device`] if the driver fails.
     pub fn new(gpu: &Gpu, bvh: &Bvh, options: &TracerOptions, most_rays: u32) -> Result<Tracer> {
-        let limited = |limit: u32| (limit.saturating_sub(LIMIT_MARGIN) / TURNS_A_STEP).max(1);
-        let own_limit = (options.strategy == Strategy::Migrate).then_some(QUOTA);
-        let step_limit = options.step_limit.or(own_limit).or(gpu.probe().loop_limit.map(limited));
+        let own_limit = match options.strategy {
+            Strategy::Direct => gpu.probe().loop_limit.map(steps_together),
+            Strategy::Persistent => gpu.probe().loop_limit.map(steps_in_turn),
+            Strategy::Migrate => Some(QUOTA),
+        };
+        let step_limit = options.step_limit.or(own_limit);
         let exact_reciprocal = gpu.probe().exact_reciprocal || options.driver_arithmetic;
         let mut spec = exactness(&Probe { exact_reciprocal, ..*gpu.probe() }).to_vec();
         spec.push((SPEC_STEP_LIMIT, step_limit.unwrap_or(0)));
