@@ -1,17 +1,12 @@
 // Strategy `persistent`: a fixed number of invocations take rays from a common counter until there are no
-// more (Aila and Laine 2009, section 3.3), a subgroup's worth at a time.
-#extension GL_KHR_shader_subgroup_ballot : require
+// more (Aila and Laine 2009, section 3.3). Each takes one at a time: compilers join the additions of a warp to
+// one, and its lanes get neighbouring rays. Ballots would do that too, but lavapipe's are wrong where its vectors
+// have 128 or 512 bits.
 #include "trace.glsl"
 
 layout(local_size_x = 32) in;
 
-// The next ray for each invocation of the subgroup that asks.
-uint take_ray() {
-    uvec4 asking = subgroupBallot(true);
-    uint first = 0u;
-    if (subgroupElect()) first = atomicAdd(next_ray, subgroupBallotBitCount(asking));
-    return subgroupBroadcastFirst(first) + subgroupBallotExclusiveBitCount(asking);
-}
+uint take_ray() { return atomicAdd(next_ray, 1u); }
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
