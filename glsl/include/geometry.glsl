@@ -12,7 +12,7 @@
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Nodes { Node at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Triangles { Triangle at[]; };
 
-#ifdef CPU_LANES
+#ifdef NODE_TEXELS
 layout(set = 0, binding = NODE_TEXELS) uniform usamplerBuffer node_texels;
 layout(set = 0, binding = TRIANGLE_TEXELS) uniform usamplerBuffer triangle_texels;
 

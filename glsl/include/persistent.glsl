@@ -1,7 +1,6 @@
 // Strategy `persistent`: a fixed number of invocations take rays from a common counter until there are no
-// more (Aila and Laine 2009, section 3.3). Each takes one at a time: compilers join the additions of a warp to
-// one, and its lanes get neighbouring rays. Ballots would do that too, but lavapipe's are wrong where its vectors
-// have 128 or 512 bits.
+// more (Aila and Laine 2009, section 3.3). Each takes one at a time and no subgroup operation is needed:
+// compilers join the additions of a warp to one, so that its lanes get neighbouring rays.
 #include "trace.glsl"
 
 layout(local_size_x = 32) in;
