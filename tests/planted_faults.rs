@@ -118,7 +118,7 @@ planted! {
     planted_wrong_trail: "include/top_tree.glsl",
         "trail = trail_above(trail, level);" => "trail = trail_above(trail, max(level, 1u) - 1u);", Hits;
     planted_stale_best_hit: "include/migrate.glsl",
-        "hits[i] = hit;" => "if (is_end) hits[i] = hit;", Hits;
+        "hits[i] = is_end ? finished(hit) : hit;" => "if (is_end) hits[i] = finished(hit);", Hits;
     planted_bypass_that_forgets_to_count: "include/migrate.glsl",
         "if (stays) counted.bypasses += 1u;" => "if (stays) counted.bypasses += 0u;", Conservation;
     planted_wrong_owner: "include/migrate.glsl",

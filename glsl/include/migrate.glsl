@@ -52,9 +52,7 @@ Share first_share() {
 // Puts a record back: into the queue of the subtree that the ray goes on to, or with its end.
 void store(uint at, QueueEntry entry, uint i, Hit hit, Travel travel, RayCounters counted) {
     bool is_end = travel.subtree == LINK_DONE;
-    // Which triangle an any-hit ray meets depends on the order of visits; that it meets one does not.
-    if (is_end && ANY_HIT && hit.prim != NO_HIT) hit = Hit(0.0, 0u, 0.0, 0.0);
-    hits[i] = hit;
+    hits[i] = is_end ? finished(hit) : hit;
     if (is_end) faults += uint(atomicExchange(travels[entry.ray].subtree, LINK_DONE) == LINK_DONE);
     else travels[entry.ray] = travel;
     if (COUNT) {

@@ -43,9 +43,7 @@ void trace_ray(uint local, uint slot, bool resuming, inout uint steps) {
     } else {
         cursor.link = LINK_DONE;
     }
-    // Which triangle an any-hit ray meets depends on the order of visits; that it meets one does not.
-    if (ANY_HIT && hit.prim != NO_HIT) hit = Hit(0.0, 0u, 0.0, 0.0);
-    hits[i] = hit;
+    hits[i] = finished(hit);
     if (COUNT) counters[i] = counted;
     if (STEP_LIMIT != 0u) {
         uvec2 trail = uvec2(0u);

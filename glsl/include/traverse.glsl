@@ -39,6 +39,9 @@ uint pop(inout Cursor cursor, inout RayCounters counters) {
     return stack[cursor.depth];
 }
 
+// Which triangle an any-hit ray meets depends on the order of visits; that it meets one does not.
+Hit finished(Hit hit) { return ANY_HIT && hit.prim != NO_HIT ? Hit(0.0, 0u, 0.0, 0.0) : hit; }
+
 bool is_node(uint link) { return (link & LEAF_BIT) == 0u; }
 
 bool spent(uint steps) { return STEP_LIMIT != 0u && steps >= STEP_LIMIT; }

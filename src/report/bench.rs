@@ -268,13 +268,9 @@ impl Bench for GpuBench<'_> {
             stream.finish()?;
             traced.hits.extend(self.gpu.download::<Hit>(&hit_buffer, 0..n)?);
             traced.counters.extend(self.gpu.download::<RayCounters>(&counter_buffer, 0..n)?);
-            traced.migration = match (traced.migration, report) {
-                (Some(mut all), Some(more)) => {
-                    all.append(more);
-                    Some(all)
-                }
-                (all, more) => all.or(more),
-            };
+            if let Some(more) = report {
+                traced.migration.get_or_insert_default().append(more);
+            }
         }
         Ok(traced)
     }
