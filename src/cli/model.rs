@@ -7,13 +7,14 @@ use clap::Args;
 use super::input::SceneArguments;
 use super::output;
 use crate::atomic_file::check_writable;
-use crate::fermi::kernel::Kernel;
-use crate::fermi::machine::Machine;
-use crate::fermi::result::{Fidelity, Prediction};
-use crate::fermi::{self, simt::Workload};
+use crate::bvh::{Owners, Policy};
+use crate::fermi::plan::Grouping;
+use crate::fermi::result::{Accounting, Fidelity, Prediction};
 use crate::render::rays::{RayKind, twin_rays};
 use crate::render::settings::Settings;
+use crate::report::experiment::{self, Migrate, Recorded};
 use crate::report::{model, reference};
+use crate::trace::Strategy;
 use crate::trace::exchange::{read_rays, read_tree, record_reference};
 use crate::trace::steps::record_steps;
 use crate::{Error, Result, scene};
@@ -53,10 +54,26 @@ pub struct Model {
     /// while-while or speculative-while-while
     #[arg(long, default_value = "while-while")]
     kernel: String,
+    /// Who traces which ray when
+    #[arg(long, value_enum, default_value_t)]
+    strategy: Strategy,
+    /// Where strategy migrate cuts the tree: level:K, bytes:N or sah:N, such as bytes:64KiB
+    #[arg(long, value_name = "POLICY", default_value_t)]
+    partition: Policy,
+    /// How it gives subtrees to SMs: neighbours together, or scattered
+    #[arg(long, value_enum, default_value_t)]
+    owners: Owners,
+    /// What it is charged for: as in the paper (a virtual L1 a subtree, queues free), or everything
+    #[arg(long, value_enum, default_value_t)]
+    accounting: Accounting,
+    /// Which rays run together in the paper's accounting, which leaves it open
+    #[arg(long, value_enum, default_value_t)]
+    grouping: Grouping,
     /// How exactly time is modelled
     #[arg(long, value_enum, default_value_t = Fidelity::Cycles)]
     fidelity: Fidelity,
-    /// Change a number of the machine, e.g. sms=8 or l1.kib=48, or of the kernel, e.g. kernel.registers=32
+    /// Change a number of the machine, e.g. sms=8 or l1.kib=48, or of a kernel, e.g. kernel.registers=32;
+    /// those of strategy migrate are schedule, subtree and queue
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
     /// Also write the result to a file, or to standard output with -
@@ -66,9 +83,6 @@ pub struct Model {
     #[arg(short, long)]
     quiet: bool,
 }
-
-/// Prefix of settings of the kernel.
-const KERNEL_SETTING: &str = "kernel.";
 
 impl Model {
     /// Predicts and prints.
@@ -89,6 +103,11 @@ impl Model {
         }
     }
 
+    fn migrate(&self) -> Migrate {
+        let Model { partition, owners, accounting, grouping, .. } = *self;
+        Migrate { partition, owners, accounting, grouping }
+    }
+
     fn show(&self, value: &impl serde::Serialize, table: impl Fn() -> String) -> Result<()> {
         if let Some(path) = &self.json {
             output::write_json(path, value)?;
@@ -100,16 +119,15 @@ impl Model {
     }
 
     fn predict(&self) -> Result<Prediction> {
-        let (of_kernel, of_machine): (Vec<String>, Vec<String>) =
-            self.settings.iter().cloned().partition(|setting| setting.starts_with(KERNEL_SETTING));
-        let of_kernel: Vec<String> = of_kernel.iter().map(|s| s[KERNEL_SETTING.len()..].to_owned()).collect();
-        let machine = Machine::named(&self.machine, &of_machine)?;
-        let kernel = Kernel::named(&self.kernel, &of_kernel)?;
-        let run = |workload: &Workload| fermi::predict(&machine, &kernel, workload, self.fidelity);
+        let model = experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
         if let (Some(bvh), Some(rays)) = (&self.bvh, &self.ray_file) {
+            if self.strategy == Strategy::Migrate {
+                return Err(Error::usage("--strategy migrate with --bvh", "subtrees are cut in scenes: name one"));
+            }
             let tree = read_tree(bvh)?;
             let (_, trace) = record_reference(&tree, &read_rays(rays)?);
-            return run(&Workload { trace: &trace, children: &tree.children, triangles: tree.triangles.len() });
+            let recorded = Recorded { trace: &trace, children: &tree.children, triangles: tree.triangles.len() };
+            return model.whole(&recorded, self.strategy);
         }
         let prepared = self.scene.prepare(self.quiet)?;
         let camera = scene::select_camera(&prepared.scene, self.scene.camera.as_deref())?;
@@ -130,6 +148,10 @@ impl Model {
         }
         let (_, trace) = record_steps(&prepared.bvh, &rays, self.rays.query());
         let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
-        run(&Workload { trace: &trace, children: &children, triangles: prepared.bvh.triangle_count })
+        let recorded = Recorded { trace: &trace, children: &children, triangles: prepared.bvh.triangle_count };
+        match self.strategy {
+            Strategy::Migrate => model.migrated(&recorded, &prepared.bvh, &self.migrate()),
+            strategy => model.whole(&recorded, strategy),
+        }
     }
 }

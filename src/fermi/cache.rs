@@ -54,6 +54,20 @@ impl Cache {
         }
     }
 
+    /// `count` such caches, numbered from 0.
+    pub fn times(mut self, count: u32) -> Cache {
+        let lines = self.tags.len() * count as usize;
+        self.tags.resize(lines, NONE);
+        self.states.resize(lines, State::Invalid);
+        self.used.resize(lines, 0);
+        self
+    }
+
+    /// Lines of all caches.
+    pub fn lines(&self) -> usize {
+        self.tags.len()
+    }
+
     /// Set of line `line`.
     pub fn set(&self, line: u64) -> u64 {
         match self.mapping {
@@ -65,7 +79,13 @@ impl Cache {
     /// Looks for `line` without changing anything.
     #[inline]
     pub fn look(&self, line: u64) -> Lookup {
-        let first = self.set(line) as usize * self.ways;
+        self.look_in(0, line)
+    }
+
+    /// Looks for `line` in cache number `cache` without changing anything.
+    #[inline]
+    pub fn look_in(&self, cache: u32, line: u64) -> Lookup {
+        let first = (u64::from(cache) * self.sets + self.set(line)) as usize * self.ways;
         let (mut oldest, mut age) = (None, u64::MAX);
         for way in first..first + self.ways {
             if self.tags[way] == line {

@@ -10,104 +10,58 @@ use std::collections::BinaryHeap;
 
 use super::addresses::Addresses;
 use super::cache::{Cache, Lookup};
-use super::contention::{Amat, Stage};
-use super::kernel::{Block, Kernel};
+use super::kernel::Block;
+use super::launch::Launch;
 use super::machine::{LINE, Machine, Mapping};
-use super::occupancy::{Occupancy, launchable};
+use super::occupancy::launchable;
 use super::profile::{Cost, profile};
-use super::result::{Accounting, CacheResult, Counts, CpiStack, Fidelity, Instructions, Latency, Prediction};
-use super::simt::{Access, Batch, LANES, Layout, Segment, Warp, Workload};
+use super::result::{Counts, CpiStack, Instructions, Part};
+use super::simt::{Access, Batch, LANES, Layout, Segment, Warp};
+use super::times::{Load, Times, line_cycles, reply_cycles};
 use crate::Result;
 
-/// Replays `workload` as `kernel` on `machine`.
+/// Replays `launches`, one after the other; the L2 keeps what it has.
 ///
 /// # Errors
 /// [`crate::Error::Usage`] if no block fits a multiprocessor.
-pub fn replay(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Result<Prediction> {
-    let occupancy = launchable(machine, kernel)?;
+pub fn replay(machine: &Machine, launches: &[Launch]) -> Result<Vec<Part>> {
     let unloaded = Times::unloaded(machine);
-    let first = Replay::new(machine, kernel, workload, occupancy, unloaded).run();
-    let times = unloaded.with_queues(machine, &first);
-    let last = Replay::new(machine, kernel, workload, occupancy, times).run();
-    Ok(prediction(machine, kernel, workload, occupancy, times, &last))
-}
-
-/// Latencies of equation (1), core cycles.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Times {
-    pub l1: f64,
-    pub traffic: f64,
-    pub l2: f64,
-    pub dram: f64,
-}
-
-/// A load reads one operand, its address.
-pub(super) const ADDRESS: f64 = 1.0;
-
-/// Cycles that a line spends in each of the L2 slice and the multiprocessor besides its latency: one to enter, one to
-/// be answered or filled, one to be written back.
-const HANDLING: f64 = 3.0;
-
-impl Times {
-    /// Without any queue.
-    pub fn unloaded(machine: &Machine) -> Times {
-        let d = &machine.dram;
-        let core = machine.clock_mhz / d.mhz;
-        let bursts = (LINE / d.burst).max(1) as f64;
-        let l2 = machine.l2.latency as f64 + HANDLING;
-        Times {
-            l1: machine.sm.load_pipeline as f64 + ADDRESS,
-            traffic: 2.0 * machine.crossbar.latency as f64 + reply_cycles(machine) + HANDLING,
-            l2,
-            dram: l2
-                + HANDLING
-                + d.latency as f64
-                + (d.rcd as f64 + d.cl as f64 + (bursts - 1.0) * d.ccdl as f64) * core,
-        }
+    let mut l2 = SecondLevel::new(machine);
+    let mut loads = Vec::new();
+    for launch in launches {
+        loads.push(Replay::new(machine, launch, unloaded, &mut l2)?.run().load());
     }
-
-    /// With what requests wait at the three places they share: ports to the multiprocessors, L2 slices, and channels.
-    fn with_queues(self, machine: &Machine, first: &Outcome) -> Times {
-        let misses = first.l2.accesses.max(1) as f64;
-        let customers = first.warps_in_flight;
-        let think = customers * first.busy_cycles / misses;
-        let wait = |servers: u32, service: f64, share: f64| {
-            Stage { customers, think: think / share.max(1e-9), servers: f64::from(servers), service }.wait()
-        };
-        let reply = reply_cycles(machine) + machine.crossbar.gap as f64;
-        let l2_miss = first.l2.miss_rate();
-        let line = line_cycles(machine);
-        let memory = wait(machine.dram.channels, line, l2_miss);
-        Times { traffic: self.traffic + wait(machine.l2.slices, reply, 1.0), dram: self.dram + memory, ..self }
+    let mut l2 = SecondLevel::new(machine);
+    let mut parts = Vec::new();
+    for (launch, load) in launches.iter().zip(loads) {
+        let times = unloaded.with_queues(machine, &load);
+        let outcome = Replay::new(machine, launch, times, &mut l2)?.run();
+        parts.push(part(machine, launch, times, &outcome)?);
     }
-}
-
-/// Cycles for which the answer to a miss holds a port.
-pub(super) fn reply_cycles(machine: &Machine) -> f64 {
-    (machine.crossbar.header + LINE).div_ceil(machine.crossbar.flit) as f64
-}
-
-/// Core cycles for which one line of a random row holds a channel: its bursts, or the distance of activations.
-pub(super) fn line_cycles(machine: &Machine) -> f64 {
-    let d = &machine.dram;
-    (d.rrd.max(LINE / d.burst * d.ccd)) as f64 * machine.clock_mhz / d.mhz
+    Ok(parts)
 }
 
 /// What a pass finds.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Outcome {
-    pub cycles: f64,
-    pub l1: Counts,
-    pub l2: Counts,
-    pub instructions: Instructions,
-    pub visits: u64,
+struct Outcome {
+    cycles: f64,
+    l1: Counts,
+    l2: Counts,
+    instructions: Instructions,
+    visits: u64,
     /// Mean warps at work while any is, on all multiprocessors together.
-    pub warps_in_flight: f64,
+    warps_in_flight: f64,
     /// Mean cycles for which a multiprocessor is at work.
-    pub busy_cycles: f64,
+    busy_cycles: f64,
     /// Cycles that warps spent in arithmetic and in waiting for loads.
-    pub compute: f64,
-    pub memory: f64,
+    compute: f64,
+    memory: f64,
+}
+
+impl Outcome {
+    fn load(&self) -> Load {
+        Load { warps_in_flight: self.warps_in_flight, busy_cycles: self.busy_cycles, l2: self.l2 }
+    }
 }
 
 struct Resident<'a> {
@@ -136,62 +90,89 @@ struct Multiprocessor {
 
 struct Replay<'a> {
     machine: &'a Machine,
-    kernel: &'a Kernel,
-    workload: &'a Workload<'a>,
+    launch: &'a Launch<'a>,
     costs: [Cost; Block::ALL.len()],
     times: Times,
     /// Cycles for which a line holds the port to its multiprocessor.
     reply: f64,
     layout: Layout,
     sms: Vec<Multiprocessor>,
-    addresses: Addresses,
-    l2: Vec<Cache>,
+    l2: &'a mut SecondLevel,
     warps: Vec<Resident<'a>>,
+    /// Places of warps that have ended.
+    vacant: Vec<usize>,
     /// Clock and number of each warp, earliest first.
     next: BinaryHeap<Reverse<(u64, usize)>>,
     started: usize,
-    ticks: u64,
     outcome: Outcome,
 }
 
+/// The L2, which outlives a launch.
+struct SecondLevel {
+    addresses: Addresses,
+    slices: Vec<Cache>,
+    /// Accesses of all caches so far: the clock of their replacement.
+    ticks: u64,
+}
+
+impl SecondLevel {
+    fn new(machine: &Machine) -> SecondLevel {
+        let sets = machine.l2.slice_kib * 1024 / LINE / machine.l2.ways;
+        let slice = Cache::new(sets, machine.l2.ways, Mapping::Linear);
+        SecondLevel { addresses: Addresses::new(machine), slices: vec![slice; machine.l2.slices as usize], ticks: 0 }
+    }
+
+    /// One line. Returns whether it was there.
+    fn access(&mut self, line: u64, counts: &mut Counts) -> bool {
+        counts.accesses += 1;
+        let home = self.addresses.home(line);
+        let slice = &mut self.slices[home.slice];
+        match slice.look(home.local) {
+            Lookup::Hit(way) | Lookup::Pending(way) => {
+                slice.touch(way, self.ticks);
+                true
+            }
+            Lookup::Miss(way) => {
+                counts.misses += 1;
+                slice.reserve(way, home.local, self.ticks);
+                slice.fill(way);
+                false
+            }
+            Lookup::Full => false,
+        }
+    }
+}
+
 impl<'a> Replay<'a> {
-    fn new(
-        machine: &'a Machine,
-        kernel: &'a Kernel,
-        workload: &'a Workload<'a>,
-        occupancy: Occupancy,
-        times: Times,
-    ) -> Replay<'a> {
-        let resident = u64::from(occupancy.warps) * LANES as u64 * u64::from(machine.sms);
-        let lines = (machine.l1.sets() * machine.l1.ways) as usize;
+    fn new(machine: &'a Machine, launch: &'a Launch<'a>, times: Times, l2: &'a mut SecondLevel) -> Result<Replay<'a>> {
+        let slots = launch.slots(launchable(machine, launch)?.blocks);
+        let resident = (slots * launch.block_threads().next_multiple_of(LANES)) as u64 * u64::from(machine.sms);
+        let cache = Cache::new(machine.l1.sets(), machine.l1.ways, machine.l1.mapping).times(launch.caches());
         let sm = |_| Multiprocessor {
-            cache: Cache::new(machine.l1.sets(), machine.l1.ways, machine.l1.mapping),
-            fills: vec![0.0; lines],
+            fills: vec![0.0; cache.lines()],
+            cache: cache.clone(),
             under_way: BinaryHeap::new(),
             issue_free: 0.0,
             port_free: 0.0,
             reply_free: 0.0,
-            blocks: vec![0; occupancy.blocks as usize],
+            blocks: vec![0; slots],
             end: 0.0,
         };
-        let slice = Cache::new(machine.l2.slice_kib * 1024 / LINE / machine.l2.ways, machine.l2.ways, Mapping::Linear);
-        Replay {
+        Ok(Replay {
             machine,
-            kernel,
-            workload,
-            costs: profile(machine, kernel),
+            launch,
+            costs: profile(machine, launch.kernel),
             times,
             reply: reply_cycles(machine) + machine.crossbar.gap as f64,
-            layout: Layout::new(workload, resident),
+            layout: Layout::new(&launch.workload, resident),
             sms: (0..machine.sms).map(sm).collect(),
-            addresses: Addresses::new(machine),
-            l2: vec![slice; machine.l2.slices as usize],
+            l2,
             warps: Vec::new(),
+            vacant: Vec::new(),
             next: BinaryHeap::new(),
             started: 0,
-            ticks: 0,
             outcome: Outcome::default(),
-        }
+        })
     }
 
     fn run(mut self) -> Outcome {
@@ -216,27 +197,30 @@ impl<'a> Replay<'a> {
     }
 
     fn launch(&mut self, sm: usize, slot: usize, now: f64) {
-        let threads = self.kernel.threads as usize;
-        let first = self.started * threads;
-        let rays = self.workload.trace.rays();
-        if first >= rays {
+        if self.started == self.launch.blocks() {
             return;
         }
+        let block = self.started;
         self.started += 1;
-        let padded = threads.next_multiple_of(LANES);
-        let thread = (padded * (sm + self.sms.len() * slot)) as u64;
-        let count = (rays - first).min(threads).div_ceil(LANES);
+        let threads = self.launch.block_threads().next_multiple_of(LANES);
+        let thread = (threads * (sm + self.sms.len() * slot)) as u64;
+        let count = self.launch.warps_of(block);
         self.sms[sm].blocks[slot] = count;
-        for i in 0..count {
-            let offset = i * LANES;
-            let run = Warp::new(self.workload, self.layout, self.kernel.loops, first + offset, thread + offset as u64);
-            self.warps.push(Resident { run, batch: Batch::default(), segment: 0, sm, block: slot });
-            self.next.push(Reverse((now.to_bits(), self.warps.len() - 1)));
+        for warp in 0..count {
+            let run = Warp::new(self.launch, self.layout, block, warp, thread + (warp * LANES) as u64);
+            let resident = Resident { run, batch: Batch::default(), segment: 0, sm, block: slot };
+            let place = self.vacant.pop().unwrap_or(self.warps.len());
+            match self.warps.get_mut(place) {
+                Some(vacant) => *vacant = resident,
+                None => self.warps.push(resident),
+            }
+            self.next.push(Reverse((now.to_bits(), place)));
         }
     }
 
     fn finish(&mut self, warp: usize, now: f64) {
         let (sm, slot) = (self.warps[warp].sm, self.warps[warp].block);
+        self.vacant.push(warp);
         self.sms[sm].end = self.sms[sm].end.max(now);
         self.sms[sm].blocks[slot] -= 1;
         if self.sms[sm].blocks[slot] == 0 {
@@ -270,20 +254,24 @@ impl<'a> Replay<'a> {
         self.outcome.memory += end - now - cost.cycles as f64;
         self.outcome.instructions.warp += cost.instructions;
         self.outcome.instructions.thread += cost.instructions * u64::from(lanes);
-        self.outcome.visits += u64::from(matches!(block, Block::Node | Block::Leaf));
+        self.outcome.visits += u64::from(block.visits());
         Some(end)
     }
 
     /// One line through the L1, one a cycle. Returns the cycles that it takes more than a hit.
     fn access(&mut self, at: usize, access: Access, line: u64, now: f64) -> f64 {
-        self.ticks += 1;
-        let ticks = self.ticks;
+        self.l2.ticks += 1;
+        let ticks = self.l2.ticks;
+        let virtual_cache = match self.launch.virtual_caches {
+            true => self.layout.virtual_cache(&self.launch.workload, line),
+            false => 0,
+        };
         let sm = &mut self.sms[at];
         let start = sm.port_free.max(now);
         sm.port_free = start + 1.0;
         self.outcome.l1.accesses += 1;
         let mut wait = start - now;
-        let found = sm.cache.look(line);
+        let found = sm.cache.look_in(virtual_cache, line);
         if let (Lookup::Hit(way) | Lookup::Pending(way), false) = (found, access == Access::Store) {
             sm.cache.touch(way, ticks);
             if access == Access::Push {
@@ -299,7 +287,7 @@ impl<'a> Replay<'a> {
             if let Lookup::Hit(way) | Lookup::Pending(way) = found {
                 sm.cache.evict(way);
             }
-            self.second_level(line);
+            self.l2.access(line, &mut self.outcome.l2);
             return wait;
         }
         // With all MSHRs taken, the load pipeline stands still until the first line comes.
@@ -313,7 +301,7 @@ impl<'a> Replay<'a> {
             sm.port_free = start + wait + 1.0;
             self.outcome.l1.refused += 1;
         }
-        let hit = self.second_level(line);
+        let hit = self.l2.access(line, &mut self.outcome.l2);
         let latency = self.times.traffic + if hit { self.times.l2 } else { self.times.dram };
         // Lines come one after the other, and a warp asks for several at once.
         let sm = &mut self.sms[at];
@@ -328,72 +316,31 @@ impl<'a> Replay<'a> {
             sm.fills[way] = fill;
             sm.under_way.push(Reverse(fill.to_bits()));
             if let Some(replaced) = replaced {
-                self.second_level(replaced);
+                self.l2.access(replaced, &mut self.outcome.l2);
             }
         }
         wait + latency
     }
-
-    /// One line through the L2. Returns whether it was there.
-    fn second_level(&mut self, line: u64) -> bool {
-        self.outcome.l2.accesses += 1;
-        let home = self.addresses.home(line);
-        let slice = &mut self.l2[home.slice];
-        match slice.look(home.local) {
-            Lookup::Hit(way) | Lookup::Pending(way) => {
-                slice.touch(way, self.ticks);
-                true
-            }
-            Lookup::Miss(way) => {
-                self.outcome.l2.misses += 1;
-                slice.reserve(way, home.local, self.ticks);
-                slice.fill(way);
-                false
-            }
-            Lookup::Full => false,
-        }
-    }
 }
 
-fn prediction(
-    machine: &Machine,
-    kernel: &Kernel,
-    workload: &Workload,
-    occupancy: Occupancy,
-    times: Times,
-    outcome: &Outcome,
-) -> Prediction {
+fn part(machine: &Machine, launch: &Launch, times: Times, outcome: &Outcome) -> Result<Part> {
     let sms = f64::from(machine.sms);
     // The throughput law: no faster than issue and the channels allow.
     let issue = outcome.instructions.warp as f64 / sms / f64::from(machine.sm.schedulers.min(machine.sm.fetch));
     let memory = outcome.l2.misses as f64 * line_cycles(machine) / f64::from(machine.dram.channels);
     let cycles = outcome.cycles.max(issue).max(memory).ceil();
-    let efficiency = outcome.instructions.thread as f64 / (outcome.instructions.warp.max(1) * LANES as u64) as f64;
+    let efficiency = outcome.instructions.efficiency();
     let stalled = (outcome.busy_cycles - issue).max(0.0);
     let share = outcome.memory / (outcome.memory + outcome.compute).max(1.0);
-    let amat = Amat {
-        l1: times.l1,
-        l2: times.l2,
-        dram: times.dram,
-        traffic: times.traffic,
-        l1_miss: outcome.l1.miss_rate(),
-        l2_miss: outcome.l2.miss_rate(),
-    };
-    let rays = workload.trace.rays() as u64;
-    let seconds = cycles / (machine.clock_mhz * 1e6);
-    Prediction {
-        cycles: cycles as u64,
-        mrays_per_s: rays as f64 / seconds / 1e6,
-        rays,
-        simd_efficiency: efficiency,
+    Ok(Part {
+        stage: launch.stage,
+        cycles,
         instructions: outcome.instructions,
-        l1: CacheResult::new(outcome.l1, outcome.visits),
-        l2: CacheResult::new(outcome.l2, outcome.visits),
-        latency: Latency {
-            memory: times.traffic + times.l2 + amat.l2_miss * (times.dram - times.l2),
-            mean: amat.mean(),
-        },
-        occupancy,
+        visits: outcome.visits,
+        l1: outcome.l1,
+        l2: outcome.l2,
+        latency: times.latency(outcome.l1, outcome.l2),
+        occupancy: launchable(machine, launch)?,
         cpi: CpiStack {
             base: issue * efficiency,
             divergence: issue * (1.0 - efficiency),
@@ -402,10 +349,5 @@ fn prediction(
             idle: cycles - issue - stalled,
             ..CpiStack::default()
         },
-        machine: machine.name.clone(),
-        kernel: kernel.name.clone(),
-        fidelity: Fidelity::Caches,
-        accounting: Accounting::Full,
-        seconds,
-    }
+    })
 }

@@ -6,14 +6,13 @@
 
 use std::collections::HashMap;
 
-use super::caches::{Times, line_cycles, reply_cycles};
-use super::contention::Amat;
-use super::kernel::{Block, Kernel};
+use super::launch::Launch;
 use super::machine::{LINE, Machine};
 use super::occupancy::launchable;
 use super::profile::profile;
-use super::result::{Accounting, CacheResult, Counts, CpiStack, Fidelity, Instructions, Latency, Prediction};
-use super::simt::{Batch, LANES, Layout, Warp, Workload};
+use super::result::{Counts, CpiStack, Instructions, Part};
+use super::simt::{Batch, LANES, Layout, Warp};
+use super::times::{Times, line_cycles, reply_cycles};
 use crate::Result;
 
 /// Steps of the bisection for the characteristic time: as many as a double has bits of mantissa.
@@ -28,6 +27,7 @@ struct Totals {
     /// Touches by loads, which wait.
     loads: u64,
     instructions: Instructions,
+    warps: u64,
     visits: u64,
     /// Cycles of all warps and of the longest, each alone and hitting the L1.
     cycles: f64,
@@ -36,19 +36,21 @@ struct Totals {
     longest_loads: f64,
 }
 
-/// Predicts `workload` as `kernel` on `machine`.
+/// Predicts `launches` on `machine`, each by itself: the L2 is taken to be empty at the start of each.
 ///
 /// # Errors
 /// [`crate::Error::Usage`] if no block fits a multiprocessor.
-pub fn predict(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Result<Prediction> {
-    let occupancy = launchable(machine, kernel)?;
-    let totals = totals(machine, kernel, workload);
+pub fn predict(machine: &Machine, launches: &[Launch]) -> Result<Vec<Part>> {
+    launches.iter().map(|launch| part(machine, launch)).collect()
+}
+
+fn part(machine: &Machine, launch: &Launch) -> Result<Part> {
+    let occupancy = launchable(machine, launch)?;
+    let totals = totals(machine, launch);
     let sms = f64::from(machine.sms);
-    let rays = workload.trace.rays() as u64;
-    let warps = rays.div_ceil(LANES as u64) as f64;
 
     // Each multiprocessor sees its share of the touches of every line, and the L2 those that miss.
-    let l1_lines = (machine.l1.sets() * machine.l1.ways) as f64;
+    let l1_lines = (machine.l1.sets() * machine.l1.ways) as f64 * f64::from(launch.caches());
     let per_sm: Vec<f64> = totals.lines.values().map(|&n| n as f64 / sms).collect();
     let l1_misses = missing(&per_sm, l1_lines) * sms;
     let touches: f64 = per_sm.iter().sum::<f64>() * sms;
@@ -59,39 +61,30 @@ pub fn predict(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Resul
     let l1 = Counts { accesses: totals.accesses, misses: l1_misses.ceil() as u64, ..Counts::default() };
     let l2 = Counts { accesses: l1.misses, misses: (l2_misses.ceil() as u64).min(l1.misses), ..Counts::default() };
     let times = Times::unloaded(machine);
-    let amat = Amat {
-        l1: times.l1,
-        l2: times.l2,
-        dram: times.dram,
-        traffic: times.traffic,
-        l1_miss: l1.miss_rate(),
-        l2_miss: l2.miss_rate(),
-    };
+    let latencies = times.latency(l1, l2);
     // A visit of a warp waits for the slowest of its lines, which come one after the other.
-    let memory = times.traffic + times.l2 + amat.l2_miss * (times.dram - times.l2);
+    let memory = latencies.memory;
     let (lines_a_visit, misses_a_line) = (touches / totals.loads.max(1) as f64, l1_misses / touches.max(1.0));
     let any_misses = 1.0 - (1.0 - misses_a_line.min(1.0)).powf(lines_a_visit);
     let waiting = any_misses * memory + lines_a_visit * misses_a_line * reply_cycles(machine);
-    let in_flight = (f64::from(occupancy.warps) * sms).min(warps);
+    let in_flight = (f64::from(occupancy.warps) * sms).min(totals.warps as f64);
     let issue = totals.instructions.warp as f64 / sms / f64::from(machine.sm.schedulers.min(machine.sm.fetch));
     let latency = (totals.cycles + totals.loads as f64 * waiting) / in_flight;
     let bandwidth = l2_misses * line_cycles(machine) / f64::from(machine.dram.channels);
     let longest = totals.longest + totals.longest_loads * waiting;
     let cycles = issue.max(latency).max(bandwidth).max(longest).ceil().max(1.0);
 
-    let efficiency = totals.instructions.thread as f64 / (totals.instructions.warp.max(1) * LANES as u64) as f64;
+    let efficiency = totals.instructions.efficiency();
     let busy = issue.max(latency).max(bandwidth);
-    let compute = ((totals.cycles / in_flight) - issue).clamp(0.0, busy - issue);
-    let seconds = cycles / (machine.clock_mhz * 1e6);
-    Ok(Prediction {
-        cycles: cycles as u64,
-        mrays_per_s: rays as f64 / seconds / 1e6,
-        rays,
-        simd_efficiency: efficiency,
+    let compute = ((totals.cycles / in_flight.max(1.0)) - issue).clamp(0.0, busy - issue);
+    Ok(Part {
+        stage: launch.stage,
+        cycles,
         instructions: totals.instructions,
-        l1: CacheResult::new(l1, totals.visits),
-        l2: CacheResult::new(l2, totals.visits),
-        latency: Latency { memory, mean: amat.mean() },
+        visits: totals.visits,
+        l1,
+        l2,
+        latency: latencies,
         occupancy,
         cpi: CpiStack {
             base: issue * efficiency,
@@ -101,21 +94,19 @@ pub fn predict(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Resul
             idle: cycles - busy,
             ..CpiStack::default()
         },
-        machine: machine.name.clone(),
-        kernel: kernel.name.clone(),
-        fidelity: Fidelity::Counters,
-        accounting: Accounting::Full,
-        seconds,
     })
 }
 
-fn totals(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Totals {
-    let costs = profile(machine, kernel);
-    let layout = Layout::new(workload, u64::from(machine.sm.threads) * u64::from(machine.sms));
+fn totals(machine: &Machine, launch: &Launch) -> Totals {
+    let costs = profile(machine, launch.kernel);
+    let layout = Layout::new(&launch.workload, u64::from(machine.sm.threads) * u64::from(machine.sms));
     let mut totals = Totals::default();
     let mut batch = Batch::default();
-    for first in (0..workload.trace.rays()).step_by(LANES) {
-        let mut warp = Warp::new(workload, layout, kernel.loops, first, first as u64);
+    let warps = (0..launch.blocks()).flat_map(|block| (0..launch.warps_of(block)).map(move |warp| (block, warp)));
+    for (block, warp) in warps {
+        let first = (block * launch.block_threads() + warp * LANES) as u64;
+        let mut warp = Warp::new(launch, layout, block, warp, first);
+        totals.warps += 1;
         let (mut cycles, mut loads) = (0.0, 0.0);
         loop {
             warp.advance(&mut batch);
@@ -127,7 +118,7 @@ fn totals(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Totals {
                 cycles += cost.cycles as f64;
                 totals.instructions.warp += cost.instructions;
                 totals.instructions.thread += cost.instructions * u64::from(segment.lanes);
-                totals.visits += u64::from(matches!(segment.block, Block::Node | Block::Leaf));
+                totals.visits += u64::from(segment.block.visits());
             }
             totals.accesses += batch.memory.iter().map(|op| u64::from(op.lines.1 - op.lines.0)).sum::<u64>();
             let read = batch.memory.iter().any(|op| !op.access.writes());

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use serde::Deserialize;
 
+pub use super::blocks::{Block, Loops};
 use super::occupancy::Demand;
 use super::settings::{Source, Text};
 use crate::{Error, Result};
@@ -12,10 +13,16 @@ use crate::{Error, Result};
 const KERNELS: &[(&str, &str)] = &[
     ("while-while", include_str!("kernels/while-while.toml")),
     ("speculative-while-while", include_str!("kernels/speculative-while-while.toml")),
+    ("migrate-schedule", include_str!("kernels/migrate-schedule.toml")),
+    ("migrate-subtree", include_str!("kernels/migrate-subtree.toml")),
+    ("migrate-queue", include_str!("kernels/migrate-queue.toml")),
 ];
 
 /// Most registers a listing may name: far above what a thread has, low enough for a byte.
 const MAX_NAMES: usize = 200;
+
+/// Most repeats of one line of a listing: far above what a compiler unrolls.
+const MAX_REPEATS: usize = 256;
 
 /// A traversal kernel.
 #[derive(Clone, Debug)]
@@ -33,65 +40,6 @@ pub struct Kernel {
     /// Registers named in the listings.
     pub names: usize,
     blocks: HashMap<Block, Vec<Instruction>>,
-}
-
-/// Nesting of the traversal loops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Loops {
-    /// Nodes until all lanes have a leaf, then leaves until all lanes have a node (Aila and Laine 2009).
-    WhileWhile,
-    /// As above, but a lane with a leaf goes on through nodes until all lanes have one.
-    SpeculativeWhileWhile,
-}
-
-/// Basic blocks of a traversal kernel, in the order of its code: control that passes to the next block
-/// falls through, any other is a jump.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Block {
-    /// From launch to the loops: reads the ray, puts the end marker on the stack.
-    Entry,
-    /// Head of the outer loop.
-    Outer,
-    /// Box tests of a node.
-    Node,
-    /// At least one child was met: which is next?
-    Descend,
-    /// Both were met: the farther goes on the stack.
-    Push,
-    /// None was met: the next comes off the stack.
-    Pop,
-    /// Foot of the node loop.
-    NodeEnd,
-    /// Head of a leaf.
-    Leaf,
-    /// Test of one triangle.
-    Triangle,
-    /// Foot of the leaf loop: the next comes off the stack.
-    LeafPop,
-    /// Foot of the outer loop.
-    OuterEnd,
-    /// Writes the hit.
-    Exit,
-}
-
-impl Block {
-    /// All blocks in the order of the code.
-    pub const ALL: [Block; 12] = [
-        Block::Entry,
-        Block::Outer,
-        Block::Node,
-        Block::Descend,
-        Block::Push,
-        Block::Pop,
-        Block::NodeEnd,
-        Block::Leaf,
-        Block::Triangle,
-        Block::LeafPop,
-        Block::OuterEnd,
-        Block::Exit,
-    ];
 }
 
 /// What an instruction does, as far as time is concerned.
@@ -116,6 +64,8 @@ pub enum Operation {
     Imad,
     /// Reciprocal.
     Rcp,
+    /// Reads or writes shared memory.
+    Shared,
     /// Reads memory.
     Load,
     /// Writes memory.
@@ -189,15 +139,25 @@ impl Kernel {
         let mut listings = description.blocks;
         if let Some(other) = &description.like {
             let source = Source::embedded("kernel", KERNELS, other)?;
-            listings.extend(Text::new(&source, &[])?.read::<Description>()?.blocks);
+            for (block, text) in Text::new(&source, &[])?.read::<Description>()?.blocks {
+                listings.entry(block).or_insert(text);
+            }
         }
         let mut names = HashMap::new();
         let mut blocks = HashMap::new();
-        for block in Block::ALL {
+        for (block, loads, stores) in description.loops.blocks() {
+            let key = format!("blocks.{block:?}").to_lowercase();
             let Some(text) = listings.get(&block) else {
-                return Err(bad("blocks", format!("no block for {block:?}")));
+                return Err(bad(&key, "there is no such block".to_owned()));
             };
-            let listing = listing(text, &mut names).map_err(|problem| bad(&format!("blocks.{block:?}"), problem))?;
+            let listing = listing(text, &mut names).map_err(|problem| bad(&key, problem))?;
+            let count = |operation| listing.iter().filter(|one: &&Instruction| one.operation == operation).count();
+            if (count(Operation::Load), count(Operation::Store)) != (loads, stores) {
+                return Err(bad(
+                    &key,
+                    format!("it does not have the {loads} loads and {stores} stores of these loops"),
+                ));
+            }
             blocks.insert(block, listing);
         }
         if names.len() > MAX_NAMES {
@@ -230,13 +190,18 @@ impl Kernel {
 }
 
 /// Parses a listing: one instruction a line, `result = operation source source`, the result left out where
-/// there is none; `#` starts a comment, `N x` before an operation repeats it.
+/// there is none; `#` starts a comment, `N x` at the start of a line repeats it.
 fn listing(text: &str, names: &mut HashMap<String, u8>) -> Result<Vec<Instruction>, String> {
     let mut all = Vec::new();
     for line in text.lines() {
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
             continue;
+        }
+        let repeated = line.split_once(" x ").and_then(|(count, rest)| Some((count.parse::<usize>().ok()?, rest)));
+        let (count, line) = repeated.unwrap_or((1, line));
+        if count > MAX_REPEATS {
+            return Err(format!("'{line}' is repeated more than {MAX_REPEATS} times"));
         }
         let (result, rest) = match line.split_once('=') {
             Some((result, rest)) => (Some(result.trim()), rest),
@@ -255,7 +220,7 @@ fn listing(text: &str, names: &mut HashMap<String, u8>) -> Result<Vec<Instructio
             *sources.get_mut(i).ok_or_else(|| format!("'{line}' has more than five sources"))? = register(name)?;
         }
         let destination = result.map_or(Ok(0), &mut register)?;
-        all.push(Instruction { operation, destination, sources });
+        all.extend(std::iter::repeat_n(Instruction { operation, destination, sources }, count));
     }
     Ok(all)
 }
@@ -271,6 +236,7 @@ fn operation(word: &str) -> Option<Operation> {
         "imul" => Operation::Imul,
         "imad" => Operation::Imad,
         "rcp" => Operation::Rcp,
+        "lds" | "sts" => Operation::Shared,
         "ld" => Operation::Load,
         "st" => Operation::Store,
         _ => return None,

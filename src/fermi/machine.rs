@@ -344,6 +344,7 @@ impl Machine {
             Operation::Imul,
             Operation::Imad,
             Operation::Rcp,
+            Operation::Shared,
         ] {
             match self.operations.get(&operation) {
                 None => return Err(("operations".to_owned(), format!("no time for {operation:?}"))),

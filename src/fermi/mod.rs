@@ -1,37 +1,48 @@
 //! The Fermi model: step traces in, cycles of a described machine out. Pure: no GPU, no files.
 
 pub mod addresses;
+pub mod blocks;
 pub mod cache;
 pub mod caches;
 pub mod contention;
 pub mod counters;
+pub mod cut;
 pub mod cycles;
 pub mod kernel;
+pub mod launch;
 pub mod machine;
 pub mod occupancy;
+pub mod plan;
 pub mod profile;
 pub mod result;
 pub mod settings;
 pub mod simt;
+pub mod sort;
+pub mod times;
 
 #[cfg(test)]
 mod tests;
 
-use kernel::Kernel;
+use launch::Launch;
 use machine::Machine;
-use result::{Fidelity, Prediction};
-use simt::Workload;
+use result::{Accounting, Fidelity, Prediction};
 
 use crate::Result;
 
-/// Predicts what `machine` does with `workload` run by `kernel`.
+/// Predicts what `machine` does with `launches`, which follow each other.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] if the kernel does not fit the machine.
-pub fn predict(machine: &Machine, kernel: &Kernel, workload: &Workload, fidelity: Fidelity) -> Result<Prediction> {
-    match fidelity {
-        Fidelity::Cycles => cycles::replay(machine, kernel, workload),
-        Fidelity::Caches => caches::replay(machine, kernel, workload),
-        Fidelity::Counters => counters::predict(machine, kernel, workload),
-    }
+/// [`crate::Error::Usage`] if a kernel does not fit the machine.
+pub fn predict(
+    machine: &Machine,
+    launches: &[Launch],
+    fidelity: Fidelity,
+    accounting: Accounting,
+) -> Result<Prediction> {
+    let parts = match fidelity {
+        Fidelity::Cycles => cycles::replay(machine, launches)?,
+        Fidelity::Caches => caches::replay(machine, launches)?,
+        Fidelity::Counters => counters::predict(machine, launches)?,
+    };
+    Ok(Prediction::of(machine, launches, &parts, (fidelity, accounting)))
 }

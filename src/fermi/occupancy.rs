@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::kernel::Kernel;
+use super::launch::Launch;
 use super::machine::{Machine, Rule, Sm};
 use super::simt::LANES;
 use crate::{Error, Result};
@@ -90,15 +90,19 @@ pub fn occupancy(sm: &Sm, demand: Demand) -> Occupancy {
     Occupancy { blocks, warps: blocks * warps, limiter }
 }
 
-/// Occupancy of `machine` by `kernel`, which must fit it.
+/// Occupancy of `machine` by the kernel of `launch`, which must fit it.
 ///
 /// # Errors
 /// [`Error::Usage`] if no block fits a multiprocessor.
-pub fn launchable(machine: &Machine, kernel: &Kernel) -> Result<Occupancy> {
-    let occupancy = occupancy(&machine.sm, kernel.demand());
+pub fn launchable(machine: &Machine, launch: &Launch) -> Result<Occupancy> {
+    let demand = launch.demand();
+    let occupancy = occupancy(&machine.sm, demand);
     if occupancy.blocks == 0 {
-        let what = format!("{}: no block fits a multiprocessor of {}", kernel.name, machine.name);
-        return Err(Error::usage(what, format!("{:?} allow none: change the kernel's demand", occupancy.limiter)));
+        let Demand { registers, threads, shared } = demand;
+        return Err(Error::usage(
+            format!("{}: no block fits a multiprocessor of {}", launch.kernel.name, machine.name),
+            format!("{threads} threads of {registers} registers with {shared} bytes are too many: ask for fewer"),
+        ));
     }
     Ok(occupancy)
 }

@@ -2,7 +2,10 @@
 
 use serde::Serialize;
 
-use super::occupancy::Occupancy;
+use super::launch::{Launch, Stage};
+use super::machine::Machine;
+use super::occupancy::{Limiter, Occupancy};
+use super::simt::LANES;
 
 /// Accesses of a cache, one a line of a warp's memory instruction. Refused accesses are repeated and not counted
 /// among them.
@@ -25,6 +28,16 @@ impl Counts {
         self.misses += other.misses;
         self.pending_hits += other.pending_hits;
         self.refused += other.refused;
+    }
+
+    /// Those since it had counted `before`.
+    pub fn since(&self, before: Counts) -> Counts {
+        Counts {
+            accesses: self.accesses - before.accesses,
+            misses: self.misses - before.misses,
+            pending_hits: self.pending_hits - before.pending_hits,
+            refused: self.refused - before.refused,
+        }
     }
 
     /// Misses an access, in GPGPU-Sim's convention: hits on a line under way are no misses.
@@ -77,6 +90,8 @@ pub struct CpiStack {
     pub memory_data: f64,
     /// Waiting for room in the load pipeline.
     pub memory_structural: f64,
+    /// Making queues.
+    pub queue: f64,
     /// Nothing to do, because there were no more blocks.
     pub idle: f64,
 }
@@ -90,6 +105,7 @@ impl CpiStack {
             + self.compute_structural
             + self.memory_data
             + self.memory_structural
+            + self.queue
             + self.idle
     }
 
@@ -101,11 +117,12 @@ impl CpiStack {
         self.compute_structural += other.compute_structural * share;
         self.memory_data += other.memory_data * share;
         self.memory_structural += other.memory_structural * share;
+        self.queue += other.queue * share;
         self.idle += other.idle * share;
     }
 
     /// Names and cycles of the parts.
-    pub fn parts(&self) -> [(&'static str, f64); 7] {
+    pub fn parts(&self) -> [(&'static str, f64); 8] {
         [
             ("base", self.base),
             ("divergence", self.divergence),
@@ -113,6 +130,7 @@ impl CpiStack {
             ("compute structural", self.compute_structural),
             ("memory data", self.memory_data),
             ("memory structural", self.memory_structural),
+            ("queue", self.queue),
             ("idle", self.idle),
         ]
     }
@@ -127,6 +145,13 @@ pub struct Instructions {
     pub thread: u64,
 }
 
+impl Instructions {
+    /// Active lanes of issued warp instructions over 32.
+    pub fn efficiency(&self) -> f64 {
+        self.thread as f64 / (self.warp.max(1) * LANES as u64) as f64
+    }
+}
+
 /// How exactly time was modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
@@ -139,12 +164,49 @@ pub enum Fidelity {
     Cycles,
 }
 
-/// What is charged to a strategy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// What is charged to strategy `migrate`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Accounting {
-    /// Everything.
+    /// A virtual L1 a subtree, and queues and scheduling for nothing (Zhu and Deng 2013, section IV.B).
+    Paper,
+    /// Everything, with one real L1 a multiprocessor.
+    #[default]
     Full,
+}
+
+/// What one launch costs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// Stage that it is part of.
+    pub stage: Stage,
+    /// Core cycles.
+    pub cycles: f64,
+    /// Instructions issued.
+    pub instructions: Instructions,
+    /// Node and leaf visits of warps.
+    pub visits: u64,
+    /// First-level caches together.
+    pub l1: Counts,
+    /// Second-level cache.
+    pub l2: Counts,
+    /// Mean latencies.
+    pub latency: Latency,
+    /// Occupancy.
+    pub occupancy: Occupancy,
+    /// Where the cycles went.
+    pub cpi: CpiStack,
+}
+
+/// Cycles of a stage.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StageCycles {
+    /// The stage.
+    pub stage: Stage,
+    /// Launches.
+    pub launches: usize,
+    /// Core cycles.
+    pub cycles: u64,
 }
 
 /// Prediction for one launch.
@@ -166,13 +228,15 @@ pub struct Prediction {
     pub l2: CacheResult,
     /// Mean latencies.
     pub latency: Latency,
-    /// Occupancy.
+    /// Occupancy of the traversal.
     pub occupancy: Occupancy,
     /// Where the cycles went.
     pub cpi: CpiStack,
+    /// Cycles of each stage.
+    pub stages: Vec<StageCycles>,
     /// Name of the machine.
     pub machine: String,
-    /// Name of the kernel.
+    /// Name of the kernel of the traversal.
     pub kernel: String,
     /// How time was modelled.
     pub fidelity: Fidelity,
@@ -181,3 +245,65 @@ pub struct Prediction {
     /// Modelled seconds: cycles at the machine's clock.
     pub seconds: f64,
 }
+
+impl Prediction {
+    /// Of launches that follow each other, with what each costs.
+    pub fn of(
+        machine: &Machine,
+        launches: &[Launch],
+        parts: &[Part],
+        (fidelity, accounting): (Fidelity, Accounting),
+    ) -> Prediction {
+        let (mut l1, mut l2) = (Counts::default(), Counts::default());
+        let (mut instructions, mut cpi) = (Instructions::default(), CpiStack::default());
+        let (mut cycles, mut visits, mut latency) = (0.0, 0, Latency::default());
+        let mut stages: Vec<StageCycles> = Vec::new();
+        for part in parts {
+            cycles += part.cycles;
+            visits += part.visits;
+            instructions.warp += part.instructions.warp;
+            instructions.thread += part.instructions.thread;
+            latency.memory += part.latency.memory * part.l1.misses as f64;
+            latency.mean += part.latency.mean * part.l1.accesses as f64;
+            l1.add(part.l1);
+            l2.add(part.l2);
+            match part.stage {
+                Stage::Queue => cpi.queue += part.cycles,
+                Stage::Schedule | Stage::Traverse => cpi.add_scaled(&part.cpi, 1.0),
+            }
+            match stages.iter_mut().find(|known| known.stage == part.stage) {
+                Some(known) => {
+                    known.launches += 1;
+                    known.cycles += part.cycles as u64;
+                }
+                None => stages.push(StageCycles { stage: part.stage, launches: 1, cycles: part.cycles as u64 }),
+            }
+        }
+        latency.memory /= l1.misses.max(1) as f64;
+        latency.mean /= l1.accesses.max(1) as f64;
+        let main = launches.iter().zip(parts).rfind(|(launch, _)| launch.stage == Stage::Traverse);
+        let rays = launches.first().map_or(0, |launch| launch.rays()) as u64;
+        let seconds = cycles / (machine.clock_mhz * 1e6);
+        Prediction {
+            cycles: cycles as u64,
+            mrays_per_s: if cycles > 0.0 { rays as f64 / seconds / 1e6 } else { 0.0 },
+            rays,
+            simd_efficiency: instructions.efficiency(),
+            instructions,
+            l1: CacheResult::new(l1, visits),
+            l2: CacheResult::new(l2, visits),
+            latency,
+            occupancy: main.map_or(NO_TRAVERSAL, |(_, part)| part.occupancy),
+            cpi,
+            stages,
+            machine: machine.name.clone(),
+            kernel: main.map_or(String::new(), |(launch, _)| launch.kernel.name.clone()),
+            fidelity,
+            accounting,
+            seconds,
+        }
+    }
+}
+
+/// Occupancy where no ray reaches a subtree.
+const NO_TRAVERSAL: Occupancy = Occupancy { blocks: 0, warps: 0, limiter: Limiter::Warps };

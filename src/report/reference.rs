@@ -7,10 +7,10 @@ use cpu_time::ThreadTime;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::fermi::kernel::Kernel;
-use crate::fermi::machine::Machine;
+use super::experiment::{Model, Recorded};
 use crate::fermi::result::{Fidelity, Prediction};
-use crate::fermi::{self, simt::Workload};
+use crate::trace::Strategy;
+
 use crate::trace::exchange::{read_hits, read_rays, read_tree, record_reference};
 use crate::{Error, Result};
 
@@ -87,11 +87,11 @@ pub fn read_runs(path: &Path) -> Result<Vec<Run>> {
         .map_err(|error| Error::input(path, "runs", error.to_string(), "give a list of runs as the simulator wrote it"))
 }
 
-/// The machine that `run` was made on.
+/// The machine that `run` was made on, and its settings.
 ///
 /// # Errors
 /// [`Error::Usage`] if the simulator is unknown.
-pub fn machine_of(run: &Run, overrides: &[String]) -> Result<Machine> {
+pub fn machine_of(run: &Run, overrides: &[String]) -> Result<(&'static str, Vec<String>)> {
     let name = match run.simulator.as_str() {
         "3.2.2" => "gpgpusim-3.2.2",
         "4.2.0" => "gpgpusim-4.2",
@@ -99,7 +99,7 @@ pub fn machine_of(run: &Run, overrides: &[String]) -> Result<Machine> {
     };
     let mut settings = vec![format!("sms={}", run.sms), format!("l1.kib={}", run.l1_kib)];
     settings.extend(overrides.iter().cloned());
-    Machine::named(name, &settings)
+    Ok((name, settings))
 }
 
 /// Predicts each of `runs` from the files of its case in `cases`.
@@ -123,11 +123,11 @@ fn row(run: &Run, cases: &Path, fidelity: Fidelity, overrides: &[String]) -> Res
             return Err(Error::Check(format!("{} {}: {differ} hits differ from the file's", run.case, run.batch)));
         }
     }
-    let workload = Workload { trace: &trace, children: &tree.children, triangles: tree.triangles.len() };
-    let machine = machine_of(run, overrides)?;
-    let kernel = Kernel::named(KERNEL, &[])?;
+    let recorded = Recorded { trace: &trace, children: &tree.children, triangles: tree.triangles.len() };
+    let (machine, settings) = machine_of(run, overrides)?;
+    let model = Model::new(machine, KERNEL, &settings, fidelity)?;
     let start = ThreadTime::now();
-    let prediction = fermi::predict(&machine, &kernel, &workload, fidelity)?;
+    let prediction = model.whole(&recorded, Strategy::Direct)?;
     let cpu_s = start.elapsed().as_secs_f64();
     Ok(Row {
         simulator: run.simulator.clone(),

@@ -10,79 +10,88 @@ mod memory;
 mod sm;
 
 use memory::Memory;
-use sm::{Program, Sm};
+use sm::{Caches, Program, Sm};
 
-use super::caches::ADDRESS;
 use super::kernel::Kernel;
+use super::launch::Launch;
 use super::machine::Machine;
-use super::occupancy::{Occupancy, launchable};
-use super::result::{Accounting, CacheResult, Counts, CpiStack, Fidelity, Instructions, Latency, Prediction};
-use super::simt::{LANES, Layout, Warp, Workload};
+use super::occupancy::launchable;
+use super::result::{Counts, CpiStack, Instructions, Latency, Part};
+use super::simt::{LANES, Layout, Warp};
+use super::times::ADDRESS;
 use crate::Result;
 
-/// Replays `workload` as `kernel` on `machine`.
+/// Replays `launches`, one after the other; memory and L2 keep what they have.
 ///
 /// # Errors
-/// [`Error::Usage`] if no block fits a multiprocessor.
-pub fn replay(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Result<Prediction> {
-    let occupancy = launchable(machine, kernel)?;
-    let mut launch = Launch::new(machine, kernel, workload, occupancy);
-    let cycles = launch.run();
-    Ok(launch.prediction(cycles, occupancy))
+/// [`crate::Error::Usage`] if no block fits a multiprocessor.
+pub fn replay(machine: &Machine, launches: &[Launch]) -> Result<Vec<Part>> {
+    replay_launches(machine, launches, false)
 }
 
 /// As [`replay`], without skipping the cycles in which nothing can happen: to test that it changes nothing.
 #[cfg(test)]
-pub(super) fn replay_every_cycle(machine: &Machine, kernel: &Kernel, workload: &Workload) -> Result<Prediction> {
-    let occupancy = launchable(machine, kernel)?;
-    let mut launch = Launch { every_cycle: true, ..Launch::new(machine, kernel, workload, occupancy) };
-    let cycles = launch.run();
-    Ok(launch.prediction(cycles, occupancy))
+pub(super) fn replay_every_cycle(machine: &Machine, launches: &[Launch]) -> Result<Vec<Part>> {
+    replay_launches(machine, launches, true)
 }
 
-struct Launch<'a> {
+fn replay_launches(machine: &Machine, launches: &[Launch], every_cycle: bool) -> Result<Vec<Part>> {
+    let mut memory = Memory::new(machine);
+    let mut now = 0;
+    let mut parts = Vec::with_capacity(launches.len());
+    for launch in launches {
+        let begin = now;
+        let l2 = memory.counts();
+        let mut replay = Replay { every_cycle, ..Replay::new(machine, launch, &mut memory, begin)? };
+        now = replay.run(begin);
+        parts.push(replay.part(now - begin, l2)?);
+    }
+    Ok(parts)
+}
+
+struct Replay<'a> {
     machine: &'a Machine,
-    kernel: &'a Kernel,
-    workload: &'a Workload<'a>,
+    launch: &'a Launch<'a>,
     program: Program,
     layout: Layout,
     sms: Vec<Sm<'a>>,
-    memory: Memory,
+    memory: &'a mut Memory,
     /// Blocks of the launch, and how many have started.
     blocks: usize,
     started: usize,
     /// Multiprocessor that took a block last.
     last: usize,
-    warps_a_block: usize,
     /// Step through every cycle.
     every_cycle: bool,
 }
 
-impl<'a> Launch<'a> {
-    fn new(machine: &'a Machine, kernel: &'a Kernel, workload: &'a Workload<'a>, occupancy: Occupancy) -> Launch<'a> {
+impl<'a> Replay<'a> {
+    fn new(machine: &'a Machine, launch: &'a Launch<'a>, memory: &'a mut Memory, now: u64) -> Result<Replay<'a>> {
+        let kernel: &Kernel = launch.kernel;
         let (code, starts) = kernel.code();
         let timing = code.iter().map(|instruction| machine.timing(instruction.operation)).collect();
-        let warps_a_block = (kernel.threads as usize).div_ceil(LANES);
-        let slots = occupancy.blocks as usize;
+        let warps_a_block = launch.block_threads().div_ceil(LANES);
+        let slots = launch.slots(launchable(machine, launch)?.blocks);
         let resident = (slots * warps_a_block * LANES) as u64 * u64::from(machine.sms);
-        Launch {
+        let layout = Layout::new(&launch.workload, resident);
+        let caches = Caches { launch, layout };
+        let sm = |id| Sm::new(id, machine, (slots, warps_a_block), caches, now);
+        Ok(Replay {
             machine,
-            kernel,
-            workload,
+            launch,
             program: Program { code, timing, starts, registers: kernel.names + 1 },
-            layout: Layout::new(workload, resident),
-            sms: (0..machine.sms as usize).map(|id| Sm::new(id, machine, slots, warps_a_block)).collect(),
-            memory: Memory::new(machine),
-            blocks: workload.trace.rays().div_ceil(kernel.threads as usize),
+            layout,
+            sms: (0..machine.sms as usize).map(sm).collect(),
+            memory,
+            blocks: launch.blocks(),
             started: 0,
             last: 0,
-            warps_a_block,
             every_cycle: false,
-        }
+        })
     }
 
-    fn run(&mut self) -> u64 {
-        let mut now = 0;
+    fn run(&mut self, begin: u64) -> u64 {
+        let mut now = begin;
         let mut room = true;
         loop {
             now += 1;
@@ -90,8 +99,8 @@ impl<'a> Launch<'a> {
                 room = self.dispatch(now);
             }
             for at in 0..self.sms.len() {
-                if self.every_cycle || self.sms[at].due(&self.memory, now) {
-                    room |= self.sms[at].step(self.machine, &self.program, &mut self.memory, now);
+                if self.every_cycle || self.sms[at].due(self.memory, now) {
+                    room |= self.sms[at].step(self.machine, &self.program, self.memory, now);
                 }
             }
             self.memory.step(now);
@@ -132,19 +141,15 @@ impl<'a> Launch<'a> {
     /// Warps of block `number`. Threads of a block have their stacks side by side, then those of the same slot
     /// on the next multiprocessor.
     fn block(&self, number: usize, sm: usize, slot: usize) -> Vec<Warp<'a>> {
-        let threads = self.warps_a_block * LANES;
-        let first_thread = (threads * (sm + self.sms.len() * slot)) as u64;
-        let first_ray = number * self.kernel.threads as usize;
-        let rays = self.workload.trace.rays() - first_ray;
-        (0..self.warps_a_block.min(rays.div_ceil(LANES)))
-            .map(|warp| {
-                let thread = first_thread + (warp * LANES) as u64;
-                Warp::new(self.workload, self.layout, self.kernel.loops, first_ray + warp * LANES, thread)
-            })
+        let threads = self.launch.block_threads().next_multiple_of(LANES);
+        let first = (threads * (sm + self.sms.len() * slot)) as u64;
+        (0..self.launch.warps_of(number))
+            .map(|warp| Warp::new(self.launch, self.layout, number, warp, first + (warp * LANES) as u64))
             .collect()
     }
 
-    fn prediction(&self, cycles: u64, occupancy: Occupancy) -> Prediction {
+    /// What the launch cost, where the L2 had counted `before`.
+    fn part(&self, cycles: u64, before: Counts) -> Result<Part> {
         let mut l1 = Counts::default();
         let mut instructions = Instructions::default();
         let mut cpi = CpiStack::default();
@@ -158,25 +163,17 @@ impl<'a> Launch<'a> {
             visits += sm.visits;
             latency = (latency.0 + sm.latency.0, latency.1 + sm.latency.1);
         }
-        let rays = self.workload.trace.rays() as u64;
-        let seconds = cycles as f64 / (self.machine.clock_mhz * 1e6);
         let memory = latency.0 as f64 / latency.1.max(1) as f64;
-        Prediction {
-            cycles,
-            mrays_per_s: rays as f64 / seconds / 1e6,
-            rays,
-            simd_efficiency: instructions.thread as f64 / (instructions.warp.max(1) * LANES as u64) as f64,
+        Ok(Part {
+            stage: self.launch.stage,
+            cycles: cycles as f64,
             instructions,
-            l1: CacheResult::new(l1, visits),
-            l2: CacheResult::new(self.memory.counts(), visits),
+            visits,
+            l1,
+            l2: self.memory.counts().since(before),
             latency: Latency { memory, mean: self.machine.sm.load_pipeline as f64 + ADDRESS + l1.miss_rate() * memory },
-            occupancy,
+            occupancy: launchable(self.machine, self.launch)?,
             cpi,
-            machine: self.machine.name.clone(),
-            kernel: self.kernel.name.clone(),
-            fidelity: Fidelity::Cycles,
-            accounting: Accounting::Full,
-            seconds,
-        }
+        })
     }
 }

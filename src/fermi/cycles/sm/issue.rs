@@ -4,7 +4,7 @@ use super::load_unit::{Load, Queued};
 use super::resident::Resident;
 use super::{NEVER, Program, Sm, Stall};
 use crate::fermi::cycles::memory::Kind;
-use crate::fermi::kernel::{Block, Operation};
+use crate::fermi::kernel::Operation;
 use crate::fermi::machine::{LINE, Machine, Unit};
 
 /// Cycles that an instruction may wait for its unit in the operand collector's slots before issue stops.
@@ -130,7 +130,7 @@ impl Sm<'_> {
         warp.fetched -= 1;
         if next == warp.end {
             match warp.segments_next(program) {
-                Some(block) => self.visits += u64::from(matches!(block, Block::Node | Block::Leaf)),
+                Some(block) => self.visits += u64::from(block.visits()),
                 None => {
                     warp.exited = true;
                     self.wakes[slot] = NEVER;

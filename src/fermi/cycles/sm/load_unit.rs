@@ -72,7 +72,7 @@ impl Sm<'_> {
             } else {
                 self.latency.0 += now - request.sent;
                 self.latency.1 += 1;
-                if let Lookup::Pending(way) = self.cache.look(request.line) {
+                if let Lookup::Pending(way) = self.cache.look_in(self.caches.of(request.line), request.line) {
                     self.cache.fill(way);
                     self.stuck = false;
                     self.served.push_back(std::mem::take(&mut self.merged[way]).into());
@@ -94,7 +94,7 @@ impl Sm<'_> {
             return;
         }
         let Some(&line) = self.lines.front() else { return };
-        let found = self.cache.look(line);
+        let found = self.cache.look_in(self.caches.of(line), line);
         let accepted = if op.access.writes() {
             self.store(machine, op, line, found, now)
         } else {

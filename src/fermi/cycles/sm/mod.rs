@@ -13,9 +13,10 @@ use resident::Resident;
 use super::memory::{Memory, Request};
 use crate::fermi::cache::Cache;
 use crate::fermi::kernel::{Block, Instruction};
+use crate::fermi::launch::Launch;
 use crate::fermi::machine::{Machine, Timing};
 use crate::fermi::result::{Counts, CpiStack, Instructions};
-use crate::fermi::simt::{Batch, LANES, Warp};
+use crate::fermi::simt::{Batch, LANES, Layout, Warp};
 
 /// A cycle that never comes.
 const NEVER: u64 = u64::MAX;
@@ -42,6 +43,24 @@ enum Stall {
     MemoryStructural,
 }
 
+/// Which first-level cache a line is looked for in.
+#[derive(Clone, Copy, Debug)]
+pub struct Caches<'a> {
+    /// The launch.
+    pub launch: &'a Launch<'a>,
+    /// Where things lie.
+    pub layout: Layout,
+}
+
+impl Caches<'_> {
+    fn of(&self, line: u64) -> u32 {
+        match self.launch.virtual_caches {
+            true => self.layout.virtual_cache(&self.launch.workload, line),
+            false => 0,
+        }
+    }
+}
+
 /// A multiprocessor.
 #[derive(Debug)]
 pub struct Sm<'a> {
@@ -66,6 +85,7 @@ pub struct Sm<'a> {
     /// The oldest access was refused, and nothing has changed since that could let it through.
     stuck: bool,
     cache: Cache,
+    caches: Caches<'a>,
     merged: Vec<Vec<u32>>,
     under_way: usize,
     misses: VecDeque<Request>,
@@ -90,9 +110,9 @@ pub struct Sm<'a> {
 }
 
 impl<'a> Sm<'a> {
-    /// An empty multiprocessor with room for `blocks` blocks of `warps` warps.
-    pub fn new(id: usize, machine: &Machine, blocks: usize, warps: usize) -> Sm<'a> {
-        let (sets, ways) = (machine.l1.sets(), machine.l1.ways);
+    /// An empty multiprocessor with room for `blocks` blocks of `warps` warps, in cycle `now`.
+    pub fn new(id: usize, machine: &Machine, (blocks, warps): (usize, usize), caches: Caches<'a>, now: u64) -> Sm<'a> {
+        let cache = Cache::new(machine.l1.sets(), machine.l1.ways, machine.l1.mapping).times(caches.launch.caches());
         let schedulers = machine.sm.schedulers as usize;
         Sm {
             id: id as u16,
@@ -110,15 +130,16 @@ impl<'a> Sm<'a> {
             queue: VecDeque::new(),
             lines: VecDeque::new(),
             stuck: false,
-            cache: Cache::new(sets, ways, machine.l1.mapping),
-            merged: vec![Vec::new(); (sets * ways) as usize],
+            merged: vec![Vec::new(); cache.lines()],
+            cache,
+            caches,
             under_way: 0,
             misses: VecDeque::new(),
             served: VecDeque::new(),
             write_back: None,
             arrived: None,
-            wake: 0,
-            stepped: 0,
+            wake: now,
+            stepped: now,
             stall: Stall::Idle,
             counts: Counts::default(),
             instructions: Instructions::default(),

@@ -1,6 +1,11 @@
 use super::*;
-use crate::shared::{LEAF_COUNT_SHIFT, STEP_PUSHED};
+use crate::fermi::kernel::{Block, Kernel};
+use crate::fermi::launch::{Launch, Stage, Work, Workload};
+use crate::shared::{LEAF_BIT, LEAF_COUNT_SHIFT, STEP_PUSHED};
+use crate::trace::StepTrace;
 
+const WHILE: &str = "while-while";
+const SPECULATIVE: &str = "speculative-while-while";
 const A: u32 = LEAF_BIT | 1 << LEAF_COUNT_SHIFT;
 const B: u32 = LEAF_BIT | 2 << LEAF_COUNT_SHIFT | 8;
 
@@ -14,9 +19,11 @@ fn trace(rays: &[&[u32]]) -> StepTrace {
 }
 
 /// Blocks of the first warp, with their lanes and the number of lines of each of their memory instructions.
-fn run(trace: &StepTrace, children: &[[u32; 2]], loops: Loops) -> Vec<(Block, u8, Vec<u32>)> {
-    let workload = Workload { trace, children, triangles: 16 };
-    let mut warp = Warp::new(&workload, Layout::new(&workload, 64), loops, 0, 0);
+fn run(trace: &StepTrace, children: &[[u32; 2]], name: &str) -> Vec<(Block, u8, Vec<u32>)> {
+    let workload = Workload { trace, children, triangles: 16, cut: None };
+    let kernel = Kernel::named(name, &[]).unwrap();
+    let launch = Launch { kernel: &kernel, workload, work: Work::Rays, virtual_caches: false, stage: Stage::Traverse };
+    let mut warp = Warp::new(&launch, Layout::new(&workload, 64), 0, 0, 0);
     let (mut batch, mut all) = (Batch::default(), Vec::new());
     loop {
         warp.advance(&mut batch);
@@ -50,9 +57,10 @@ fn a_warp_runs_its_loops_as_by_hand() {
         (Triangle, 1, vec![1, 1, 1]),
         (Triangle, 1, vec![1, 1, 1]),
         (LeafPop, 1, vec![1]),
+        (OuterEnd, 2, vec![]),
         (Exit, 3, vec![1]),
     ];
-    assert_eq!(run(&trace, &[[A, B]], Loops::WhileWhile), expected);
+    assert_eq!(run(&trace, &[[A, B]], WHILE), expected);
 }
 
 #[test]
@@ -60,7 +68,7 @@ fn lanes_on_different_lines_and_depths_are_accesses_of_their_own() {
     // Nodes 1 and 2 lie on lines of their own (two nodes a line: 0 and 1, 2 and 3).
     let children = [[1, 2], [A, B], [A, B]];
     let trace = trace(&[&[0, 1, A], &[0, 2, A], &[STEP_PUSHED, 1, A, 2]]);
-    let all = run(&trace, &children, Loops::WhileWhile);
+    let all = run(&trace, &children, WHILE);
     let second_node = all.iter().filter(|(block, ..)| *block == Block::Node).nth(1).unwrap();
     assert_eq!(second_node, &(Block::Node, 3, vec![2, 2, 2]));
     // Lane 2 has an entry on its stack, the others have none.
@@ -73,23 +81,23 @@ fn a_speculative_lane_puts_its_leaf_off_until_all_have_one() {
     let children = [[1, 2], [A, B], [A, B]];
     // Lane 0 finds its leaf a node earlier than lane 1.
     let trace = trace(&[&[STEP_PUSHED, 1, A, 2, B], &[0, 2, B]]);
-    let count = |loops, block| run(&trace, &children, loops).iter().filter(|(b, ..)| *b == block).count();
-    for loops in [Loops::WhileWhile, Loops::SpeculativeWhileWhile] {
-        let tests: u32 = run(&trace, &children, loops)
+    let count = |name, block| run(&trace, &children, name).iter().filter(|(b, ..)| *b == block).count();
+    for name in [WHILE, SPECULATIVE] {
+        let tests: u32 = run(&trace, &children, name)
             .iter()
             .filter(|(block, ..)| *block == Block::Triangle)
             .map(|&(_, lanes, _)| u32::from(lanes))
             .sum();
-        assert_eq!(tests, 5, "{loops:?}: one triangle of A, two of B, two of B");
+        assert_eq!(tests, 5, "{name}: one triangle of A, two of B, two of B");
     }
-    assert!(count(Loops::SpeculativeWhileWhile, Block::Outer) <= count(Loops::WhileWhile, Block::Outer));
+    assert!(count(SPECULATIVE, Block::Outer) <= count(WHILE, Block::Outer));
 }
 
 #[test]
 fn stores_of_a_part_of_a_line_are_as_small_as_they_can_be() {
     let bytes = |addresses: &[u64]| {
         let mut batch = Batch::default();
-        coalesce(&mut batch, Access::Push, addresses.iter().copied(), ENTRY);
+        batch.access(Access::Push, addresses.iter().copied(), 4);
         batch.memory[0].bytes
     };
     assert_eq!([bytes(&[0, 28]), bytes(&[28, 32]), bytes(&[60, 64]), bytes(&[96, 124])], [32, 64, 128, 32]);

@@ -1,0 +1,163 @@
+//! The loops of a traversal: nodes, then leaves, until all lanes are done.
+
+use super::batch::{Access, Batch, MemoryOp, bits};
+use super::layout::{LOAD, WORD, bytes};
+use super::warp::{Phase, Warp};
+use crate::fermi::kernel::{Block, Loops};
+use crate::layout::{Node, Triangle};
+use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, STEP_PUSHED};
+
+impl Warp<'_> {
+    pub(super) fn outer(&mut self, batch: &mut Batch) {
+        let active = self.lanes_where(|lane| !lane.steps.is_empty() || lane.postponed.is_some());
+        if self.looping != 0 {
+            batch.segment(Block::OuterEnd, self.looping);
+        }
+        self.looping = active;
+        if active == 0 {
+            self.traversed();
+            return;
+        }
+        batch.segment(Block::Outer, active);
+        self.enter_nodes();
+    }
+
+    fn enter_nodes(&mut self) {
+        self.inside = self.lanes_where(|lane| lane.at_node());
+        self.phase = Phase::Nodes;
+        if self.inside == 0 {
+            self.enter_leaves();
+        }
+    }
+
+    fn enter_leaves(&mut self) {
+        self.inside = self.lanes_where(|lane| lane.has_leaf());
+        self.phase = if self.inside == 0 { Phase::Outer } else { Phase::Leaves };
+    }
+
+    /// One turn of the node loop.
+    pub(super) fn node(&mut self, batch: &mut Batch) {
+        let inside = self.inside;
+        let (mut met, mut pushed) = (0u32, 0u32);
+        for lane in bits(inside) {
+            let (step, next) = self.step(lane);
+            let link = step & !STEP_PUSHED;
+            let [a, b] = self.launch.workload.children[link as usize];
+            let descends = next.is_some_and(|next| next == a || next == b);
+            met |= u32::from(descends) << lane;
+            pushed |= u32::from(step & STEP_PUSHED != 0) << lane;
+        }
+        let popped = inside & !met;
+
+        batch.segment(Block::Node, inside);
+        let node = |warp: &Self, lane: usize| warp.layout.node(warp.step(lane).0 & !STEP_PUSHED);
+        let first = batch.lines.len();
+        batch.access(Access::Load, bits(inside).map(|lane| node(self, lane)), LOAD);
+        let again = MemoryOp { access: Access::Load, lines: (first as u32, batch.lines.len() as u32), bytes: 32 };
+        // A node lies within one line, so its other loads touch the same lines.
+        batch.again(again);
+        batch.again(again);
+
+        if met != 0 {
+            batch.segment(Block::Descend, met);
+            batch.access(Access::Load, bits(met).map(|lane| node(self, lane) + bytes::<Node>() - LOAD), LOAD);
+        }
+        if pushed != 0 {
+            for lane in bits(pushed) {
+                self.lanes[lane].depth += 1;
+            }
+            batch.segment(Block::Push, pushed);
+            batch.access(Access::Push, bits(pushed).map(|lane| self.top(lane)), WORD);
+        }
+        if popped != 0 {
+            self.pop(batch, Block::Pop, popped);
+        }
+        batch.segment(Block::NodeEnd, inside);
+        for lane in bits(inside) {
+            self.lanes[lane].steps = &self.lanes[lane].steps[1..];
+        }
+        self.inside = inside & self.lanes_where(|lane| lane.at_node());
+        if self.launch.kernel.loops == Loops::SpeculativeWhileWhile {
+            self.speculate(batch, inside);
+        }
+        if self.inside == 0 {
+            self.enter_leaves();
+        }
+    }
+
+    /// Lanes that have come to their first leaf put it off and take the next node from the stack; the loop ends
+    /// when every lane has a leaf (Aila and Laine 2009, section 3.2). The steps are those of a traversal that
+    /// tests each leaf at once, so nodes visited in vain because a leaf waits are not among them.
+    fn speculate(&mut self, batch: &mut Batch, inside: u32) {
+        let found = inside & self.lanes_where(|lane| lane.at_leaf() && lane.postponed.is_none());
+        if found != 0 {
+            self.pop(batch, Block::Pop, found);
+        }
+        for lane in bits(found) {
+            let lane = &mut self.lanes[lane];
+            lane.postponed = lane.steps.first().copied();
+            lane.steps = lane.steps.get(1..).unwrap_or_default();
+        }
+        self.inside |= found & self.lanes_where(|lane| lane.at_node());
+        if self.inside & self.lanes_where(|lane| lane.postponed.is_none()) == 0 {
+            self.inside = 0;
+        }
+    }
+
+    /// One turn of the leaf loop.
+    pub(super) fn leaf(&mut self, batch: &mut Batch) {
+        let inside = self.inside;
+        batch.segment(Block::Leaf, inside);
+        for turn in 0.. {
+            let mut testing = 0u32;
+            for lane in bits(inside) {
+                testing |= u32::from((self.lanes[lane].leaf() >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK > turn) << lane;
+            }
+            if testing == 0 {
+                break;
+            }
+            batch.segment(Block::Triangle, testing);
+            for part in 0..bytes::<Triangle>() / LOAD {
+                let start = |lane: usize| {
+                    self.layout.triangle((self.lanes[lane].leaf() & LEAF_FIRST_MASK) + turn) + part * LOAD
+                };
+                batch.access(Access::Load, bits(testing).map(start), LOAD);
+            }
+        }
+        // A leaf that was put off left the stack when it was.
+        let current = inside & self.lanes_where(|lane| lane.postponed.is_none());
+        if current != 0 {
+            self.pop(batch, Block::LeafPop, current);
+        }
+        for lane in bits(inside) {
+            let lane = &mut self.lanes[lane];
+            if lane.postponed.take().is_none() {
+                lane.steps = &lane.steps[1..];
+            }
+        }
+        self.inside = inside & self.lanes_where(|lane| lane.has_leaf());
+        if self.inside == 0 {
+            self.phase = Phase::Outer;
+        }
+    }
+
+    fn pop(&mut self, batch: &mut Batch, block: Block, lanes: u32) {
+        batch.segment(block, lanes);
+        batch.access(Access::Pop, bits(lanes).map(|lane| self.top(lane)), WORD);
+        for lane in bits(lanes) {
+            self.lanes[lane].depth = self.lanes[lane].depth.saturating_sub(1);
+        }
+    }
+
+    /// Address of the entry on top of a lane's stack.
+    fn top(&self, lane: usize) -> u64 {
+        self.layout.stack(self.thread + lane as u64, self.lanes[lane].depth)
+    }
+
+    /// A lane's step and the one after it.
+    fn step(&self, lane: usize) -> (u32, Option<u32>) {
+        let steps = self.lanes[lane].steps;
+        let next = steps.get(1).map(|&next| if next & LEAF_BIT == 0 { next & !STEP_PUSHED } else { next });
+        (steps.first().copied().unwrap_or(LEAF_BIT), next)
+    }
+}

@@ -1,0 +1,126 @@
+//! Rays recorded in a tree, and what a described machine would do with them under each strategy.
+
+use crate::bvh::{Bvh, Owners, Partition, Policy};
+use crate::fermi;
+use crate::fermi::cut::Cut;
+use crate::fermi::kernel::{Kernel, Loops};
+use crate::fermi::launch::{Launch, Stage, Work, Workload};
+use crate::fermi::machine::Machine;
+use crate::fermi::plan::{FreeVisits, Grouping, Kernels, Migration};
+use crate::fermi::result::{Accounting, Fidelity, Prediction};
+use crate::trace::{StepTrace, Strategy};
+use crate::{Error, Result};
+
+/// What the rays did, and the tree they did it in.
+#[derive(Clone, Copy, Debug)]
+pub struct Recorded<'a> {
+    /// Steps of each ray.
+    pub trace: &'a StepTrace,
+    /// Child links of each node.
+    pub children: &'a [[u32; 2]],
+    /// Number of triangles.
+    pub triangles: usize,
+}
+
+/// A machine and the kernels that it runs.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// The machine.
+    pub machine: Machine,
+    /// Kernel of strategies `direct` and `persistent`, and of the paper's traversal stage.
+    pub kernel: Kernel,
+    /// Kernels of strategy `migrate`.
+    pub migrate: Kernels,
+    /// How exactly time is modelled.
+    pub fidelity: Fidelity,
+}
+
+/// How rays migrate.
+#[derive(Clone, Copy, Debug)]
+pub struct Migrate {
+    /// Where the tree is cut.
+    pub partition: Policy,
+    /// Which multiprocessor gets which subtree.
+    pub owners: Owners,
+    /// What is charged.
+    pub accounting: Accounting,
+    /// Which rays run together in the paper's accounting.
+    pub grouping: Grouping,
+}
+
+/// Settings of a kernel begin with one of these, those of the machine with none.
+const PREFIXES: [&str; 4] = ["kernel.", "schedule.", "subtree.", "queue."];
+
+impl Model {
+    /// Machine `machine` with kernel `kernel`, changed by `settings` of the form `key=value`: the machine's as
+    /// they are, the kernels' behind `kernel.`, `schedule.`, `subtree.` or `queue.`.
+    ///
+    /// # Errors
+    /// Of unknown names and impossible values.
+    pub fn new(machine: &str, kernel: &str, settings: &[String], fidelity: Fidelity) -> Result<Model> {
+        let of = |prefix: &str| -> Vec<String> {
+            settings.iter().filter_map(|setting| setting.strip_prefix(prefix).map(str::to_owned)).collect()
+        };
+        let of_machine = |setting: &&String| !PREFIXES.iter().any(|prefix| setting.starts_with(prefix));
+        let of_machine: Vec<String> = settings.iter().filter(of_machine).cloned().collect();
+        let of_rays = Kernel::named(kernel, &of("kernel."))?;
+        if !matches!(of_rays.loops, Loops::WhileWhile | Loops::SpeculativeWhileWhile) {
+            return Err(Error::usage(
+                format!("--kernel {kernel}"),
+                "it is a part of strategy migrate, which has all it needs: name while-while or speculative-while-while",
+            ));
+        }
+        Ok(Model {
+            machine: Machine::named(machine, &of_machine)?,
+            kernel: of_rays,
+            migrate: Kernels {
+                schedule: Kernel::named("migrate-schedule", &of("schedule."))?,
+                subtree: Kernel::named("migrate-subtree", &of("subtree."))?,
+                queue: Kernel::named("migrate-queue", &of("queue."))?,
+            },
+            fidelity,
+        })
+    }
+
+    /// Strategies without subtrees.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] if the kernel does not fit the machine.
+    pub fn whole(&self, recorded: &Recorded, strategy: Strategy) -> Result<Prediction> {
+        let work = if strategy == Strategy::Persistent { Work::Persistent } else { Work::Rays };
+        let launch = self.launch(recorded.workload(None), work, false);
+        fermi::predict(&self.machine, &[launch], self.fidelity, Accounting::Full)
+    }
+
+    /// Strategy `migrate` in a tree cut for this machine.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] if a kernel does not fit the machine.
+    pub fn migrated(&self, recorded: &Recorded, bvh: &Bvh, migrate: &Migrate) -> Result<Prediction> {
+        let partition = Partition::new(bvh, migrate.partition, migrate.owners, self.machine.sms)?;
+        let cut = Cut::new(&partition, recorded.children, recorded.triangles);
+        let workload = recorded.workload(Some(&cut));
+        let predict = |launches: &[Launch]| fermi::predict(&self.machine, launches, self.fidelity, migrate.accounting);
+        match (migrate.accounting, migrate.grouping) {
+            (Accounting::Full, _) => {
+                let migration = Migration::of(&workload, &cut, true);
+                predict(&migration.launches(workload, &self.migrate))
+            }
+            (Accounting::Paper, Grouping::Launched) => predict(&[self.launch(workload, Work::Rays, true)]),
+            (Accounting::Paper, grouping) => {
+                let visits = FreeVisits::of(&workload, &cut, grouping, self.kernel.threads);
+                predict(&[visits.launch(workload, &self.kernel)])
+            }
+        }
+    }
+
+    fn launch<'a>(&'a self, workload: Workload<'a>, work: Work<'a>, virtual_caches: bool) -> Launch<'a> {
+        Launch { kernel: &self.kernel, workload, work, virtual_caches, stage: Stage::Traverse }
+    }
+}
+
+impl<'a> Recorded<'a> {
+    fn workload(&self, cut: Option<&'a Cut<'a>>) -> Workload<'a> {
+        Workload { trace: self.trace, children: self.children, triangles: self.triangles, cut }
+    }
+}
