@@ -1,7 +1,9 @@
 //! What the program tells of its work: machine, scene, statistics, benchmarks, dumps.
 
 pub mod bench;
+pub mod chart;
 pub mod head;
+pub mod html;
 pub mod machine;
 pub mod model;
 pub mod occupancy_chart;
