@@ -223,10 +223,13 @@ fn the_model_prints_a_table_or_json_and_refuses_what_cannot_be() {
 #[test]
 fn occupancy_names_its_limiter_and_draws() {
     let folder = folder();
-    let chart = text(&folder.path().join("a.svg"));
     let demand = ["occupancy", "--regs", "21", "--threads", "192"];
-    caribou(&[&demand[..], &["-o", &chart]].concat()).success().stdout(contains("7 blocks, 42 of 48 warps"));
-    assert!(std::fs::read_to_string(&chart).unwrap().contains("registers a thread"));
+    for (name, begin) in [("a.svg", "<svg"), ("a.png", "\u{fffd}PNG"), ("a.CSV", "chart,series,x axis,x,y axis,y")] {
+        let chart = folder.path().join(name);
+        let drawn = caribou(&[&demand[..], &["-o", &text(&chart)]].concat());
+        drawn.success().stdout(contains("7 blocks, 42 of 48 warps"));
+        assert!(String::from_utf8_lossy(&std::fs::read(&chart).unwrap()).starts_with(begin), "{name}");
+    }
     let rule = ["occupancy", "--regs", "42", "--threads", "192", "--shared", "3000", "--rule", "gpgpusim"];
     caribou(&rule).success().stdout(contains("3 blocks, 18 of 48 warps"));
     caribou(&["occupancy", "--regs", "33", "--threads", "1024"]).success().stdout(contains("the launch fails"));

@@ -6,10 +6,11 @@ use clap::Args;
 use serde::Serialize;
 
 use super::output;
-use crate::atomic_file::{check_writable, write_atomically};
+use crate::atomic_file::check_writable;
 use crate::fermi::machine::{Machine, Rule};
 use crate::fermi::occupancy::{self, Demand};
-use crate::report::occupancy_chart::chart;
+use crate::report::chart::Format;
+use crate::report::occupancy_chart::charts;
 use crate::{Error, Result};
 
 /// Show how many warps of a kernel a multiprocessor holds, and what limits them
@@ -33,7 +34,7 @@ pub struct Occupancy {
     /// Change a number of the machine, e.g. sm.shared_kib=16
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
-    /// Chart of occupancy against registers, threads and shared memory, .svg
+    /// Charts of occupancy against registers, threads and shared memory: .svg, .png, or the values as .csv
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Also write the result to a file, or to standard output with -
@@ -71,10 +72,7 @@ impl Occupancy {
             machine: machine.name.clone(),
         };
         if let Some(path) = &self.output {
-            let svg = chart(&machine, demand)?;
-            write_atomically(path, |file| {
-                std::io::Write::write_all(file, svg.as_bytes()).map_err(Error::io("write", path))
-            })?;
+            Format::of("-o", path)?.write(path, &charts(&machine, demand), 3)?;
         }
         if let Some(path) = &self.json {
             output::write_json(path, &report)?;
@@ -93,9 +91,7 @@ impl Occupancy {
             return Err(Error::usage(format!("--regs {}", self.regs), "allowed are 0 to 255"));
         }
         if let Some(path) = &self.output {
-            if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("svg")) {
-                return Err(Error::usage(format!("-o {}", path.display()), "name a file that ends in .svg"));
-            }
+            Format::of("-o", path)?;
             check_writable(path)?;
         }
         self.json.iter().filter(|path| path.as_os_str() != "-").try_for_each(|path| check_writable(path))

@@ -2,7 +2,9 @@
 
 pub mod bench;
 pub mod experiment;
+pub mod chart;
 pub mod head;
+pub mod html;
 pub mod machine;
 pub mod model;
 pub mod occupancy_chart;
