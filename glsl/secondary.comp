@@ -19,7 +19,7 @@ void main() {
         Surface s = surface_at(ray, hit);
         vec3 direction = push.argument == KIND_REFLECT
             ? normalize3(ray.direction - s.geometric * (2.0 * dot3(ray.direction, s.geometric)))
-            : cosine_direction(s.geometric, random2(frame.seed, push.first + i, DIMENSION_DIRECTION, 0u));
+            : cosine_direction(s.geometric, random2(frame.seed, push.first + i, DIMENSION_DIRECTION, push.sample_index));
         next = Ray(s.position, 0.0, direction, push.argument == KIND_AO ? frame.ao_radius : FAR_AWAY);
     }
     secondary_rays[i] = next;

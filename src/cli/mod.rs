@@ -7,6 +7,7 @@ mod memory;
 mod model;
 mod occupancy;
 mod output;
+mod paper;
 mod progress;
 mod render;
 mod scene;
@@ -40,6 +41,7 @@ enum Command {
     Verify(verify::Verify),
     Model(Box<model::Model>),
     Occupancy(occupancy::Occupancy),
+    Paper(Box<paper::Paper>),
 }
 
 /// Runs the program on `args` (the program's name first) and returns its exit code:
@@ -62,6 +64,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Verify(command) => command.run(),
         Command::Model(command) => command.run(),
         Command::Occupancy(command) => command.run(),
+        Command::Paper(command) => command.run(),
     };
     finish(result)
 }

@@ -10,7 +10,7 @@ use crate::atomic_file::check_writable;
 use crate::bvh::{Owners, Policy};
 use crate::fermi::plan::Grouping;
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
-use crate::render::rays::{RayKind, twin_rays};
+use crate::render::rays::{Batch, RayKind, twin_batch};
 use crate::render::settings::Settings;
 use crate::report::experiment::{self, Migrate, Recorded};
 use crate::report::{model, reference};
@@ -45,6 +45,12 @@ pub struct Model {
     /// Kind of rays
     #[arg(long, value_enum, default_value_t = RayKind::Primary)]
     rays: RayKind,
+    /// Rays from each hit of a camera ray, for all kinds but primary
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=256))]
+    per_hit: u32,
+    /// Sort the rays along a space-filling curve of origin and direction
+    #[arg(long)]
+    sort: bool,
     /// Length of ambient occlusion rays; by default a tenth of the scene's diagonal
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     ao_radius: Option<f32>,
@@ -142,7 +148,8 @@ impl Model {
             transparent: false,
         };
         settings.check()?;
-        let rays = twin_rays(&prepared.bvh, &prepared.tables, &settings.frame(&camera), self.rays);
+        let batch = Batch { kind: self.rays, per_hit: self.per_hit, sorted: self.sort };
+        let rays = twin_batch(&prepared.bvh, &prepared.tables, &settings.frame(&camera), batch);
         if rays.is_empty() {
             return Err(Error::usage("no rays", "the camera sees nothing: choose another, or primary rays"));
         }

@@ -16,10 +16,7 @@ pub struct Bar {
 impl Bar {
     /// Hidden if `quiet` or if standard error is no terminal.
     pub fn new(quiet: bool) -> Bar {
-        let bar = if quiet || !std::io::stderr().is_terminal() { ProgressBar::hidden() } else { ProgressBar::new(0) };
-        let style = ProgressStyle::with_template("{bar:32} {percent:>3} %  {msg}  {eta} left");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Bar { bar, start: Instant::now() }
+        Bar { bar: bar("{bar:32} {percent:>3} %  {msg}  {eta} left", quiet), start: Instant::now() }
     }
 
     /// Shows how far the picture is.
@@ -34,4 +31,31 @@ impl Bar {
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
+}
+
+/// A bar over things that are done one after the other.
+pub struct Count(ProgressBar);
+
+impl Count {
+    /// Of things called `what`; hidden if `quiet` or if standard error is no terminal.
+    pub fn new(what: &str, quiet: bool) -> Count {
+        Count(bar(&format!("{{bar:32}} {{pos}} of {{len}} {what}  {{eta}} left"), quiet))
+    }
+
+    /// Shows how many are done.
+    pub fn update(&self, done: usize, total: usize) {
+        self.0.set_length(total as u64);
+        self.0.set_position(done as u64);
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.0.finish_and_clear();
+    }
+}
+
+fn bar(template: &str, quiet: bool) -> ProgressBar {
+    let bar = if quiet || !std::io::stderr().is_terminal() { ProgressBar::hidden() } else { ProgressBar::new(0) };
+    bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
 }

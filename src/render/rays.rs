@@ -1,5 +1,7 @@
 //! The rays that benchmarks trace: the same on every device and on the CPU.
 
+use glam::Vec3;
+
 use super::gpu_scene::GpuScene;
 use crate::Result;
 use crate::bvh::Bvh;
@@ -71,6 +73,23 @@ fn chunks(frame: &Frame, kind: RayKind) -> impl Iterator<Item = StagePush> {
 
 /// Live rays of `kind` in tile order, made by the twins.
 pub fn twin_rays(bvh: &Bvh, tables: &Tables, frame: &Frame, kind: RayKind) -> Vec<Ray> {
+    twin_batch(bvh, tables, frame, Batch { kind, per_hit: 1, sorted: false })
+}
+
+/// Rays that are traced together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Batch {
+    /// Their kind.
+    pub kind: RayKind,
+    /// Rays from each hit of a camera ray; camera rays are one a pixel. Mirrored rays from a hit are all the same.
+    pub per_hit: u32,
+    /// In the order of a space-filling curve, as Aila and Laine (2009, section 2) sort theirs.
+    pub sorted: bool,
+}
+
+/// Live rays of `batch` in tile order, those of a hit side by side, or sorted; made by the twins.
+pub fn twin_batch(bvh: &Bvh, tables: &Tables, frame: &Frame, batch: Batch) -> Vec<Ray> {
+    let Batch { kind, per_hit, sorted } = batch;
     let mut all = Vec::new();
     for push in chunks(frame, kind) {
         let mut rays = vec![Ray::DEAD; push.count as usize];
@@ -78,13 +97,34 @@ pub fn twin_rays(bvh: &Bvh, tables: &Tables, frame: &Frame, kind: RayKind) -> Ve
         twin::generate::generate(frame, push, &mut rays, &mut paths);
         if kind != RayKind::Primary {
             let (hits, _) = twin::trace::trace_closest(bvh, &rays);
-            let mut secondary = vec![Ray::DEAD; rays.len()];
-            twin::secondary::secondary(Stage { bvh, tables, frame }, push, &rays, &hits, &mut secondary);
-            rays = secondary;
+            let sample = |sample_index| {
+                let mut secondary = vec![Ray::DEAD; rays.len()];
+                let push = StagePush { sample_index, ..push };
+                twin::secondary::secondary(Stage { bvh, tables, frame }, push, &rays, &hits, &mut secondary);
+                secondary
+            };
+            let samples: Vec<Vec<Ray>> = (0..per_hit).map(sample).collect();
+            rays = (0..rays.len()).flat_map(|i| samples.iter().map(move |rays| rays[i])).collect();
         }
         all.extend(rays.into_iter().filter(Ray::is_live));
     }
+    if sorted {
+        all.sort_by_cached_key(|ray| morton_code(ray, bvh.bounds));
+    }
     all
+}
+
+/// Bits of a coordinate in a ray's Morton code: six of them fill 60 of 64.
+const MORTON_BITS: u32 = 10;
+
+/// Morton code of a ray: its origin in the scene's box and its direction, as six interleaved coordinates.
+fn morton_code(ray: &Ray, (low, high): (Vec3, Vec3)) -> u64 {
+    let place = (Vec3::from(ray.origin) - low) / (high - low).max(Vec3::splat(f32::MIN_POSITIVE));
+    let direction = (Vec3::from(ray.direction) + 1.0) / 2.0;
+    let cells = f32::from(1u16 << MORTON_BITS);
+    let coordinates = [place.x, place.y, place.z, direction.x, direction.y, direction.z]
+        .map(|c| (c * cells).clamp(0.0, cells - 1.0) as u64);
+    (0..MORTON_BITS).rev().fold(0, |code, bit| coordinates.iter().fold(code, |code, c| code << 1 | c >> bit & 1))
 }
 
 /// Live rays of `kind` in tile order, made by the kernels.
@@ -125,4 +165,37 @@ pub fn gpu_rays(
         all.extend(gpu.download::<Ray>(made, 0..push.count as usize)?.into_iter().filter(Ray::is_live));
     }
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::Quality;
+    use crate::render::settings::Settings;
+    use crate::scene::{procedural, select_camera};
+
+    #[test]
+    fn batches_have_as_many_rays_a_hit_as_asked_and_sorting_brings_neighbours_together() {
+        let scene = procedural::build("room", 2000, 1).unwrap();
+        let bvh = Bvh::build(&scene.positions, Quality::default()).unwrap();
+        let frame =
+            Settings { width: 64, height: 48, ..Settings::default() }.frame(&select_camera(&scene, None).unwrap());
+        let batch = |per_hit, sorted| {
+            let batch = Batch { kind: RayKind::Diffuse, per_hit, sorted };
+            twin_batch(&bvh, &Tables::new(&scene), &frame, batch)
+        };
+        let one = batch(1, false);
+        assert_eq!(one, twin_rays(&bvh, &Tables::new(&scene), &frame, RayKind::Diffuse));
+        let four = batch(4, false);
+        assert_eq!(four.len(), 4 * one.len());
+        assert!(
+            four.chunks(4).zip(&one).all(|(rays, first)| rays[0] == *first && rays[1].direction != first.direction)
+        );
+        let sorted = batch(4, true);
+        let turn = |rays: &[Ray]| -> f32 {
+            rays.windows(2).map(|two| Vec3::from(two[0].direction).distance(two[1].direction.into())).sum()
+        };
+        assert_eq!(sorted.len(), four.len());
+        assert!(turn(&sorted) < 0.5 * turn(&four), "{} {}", turn(&sorted), turn(&four));
+    }
 }

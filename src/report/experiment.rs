@@ -36,7 +36,7 @@ pub struct Model {
 }
 
 /// How rays migrate.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Migrate {
     /// Where the tree is cut.
     pub partition: Policy,

@@ -1,13 +1,14 @@
 //! What the program tells of its work: machine, scene, statistics, benchmarks, dumps.
 
 pub mod bench;
-pub mod experiment;
 pub mod chart;
+pub mod experiment;
 pub mod head;
 pub mod html;
 pub mod machine;
 pub mod model;
 pub mod occupancy_chart;
+pub mod paper;
 pub mod ray_dump;
 pub mod reference;
 pub mod render;

@@ -22,7 +22,10 @@ fn from_hit(stage: Stage, push: StagePush, ray: &Ray, hit: &Hit, i: u32) -> Ray 
     let d = Vec3::from(ray.direction);
     let direction = match push.argument {
         KIND_REFLECT => normalize3(d - s.geometric * (2.0 * dot3(d, s.geometric))),
-        _ => cosine_direction(s.geometric, random2(stage.frame.seed, push.first + i, DIMENSION_DIRECTION, 0)),
+        _ => cosine_direction(
+            s.geometric,
+            random2(stage.frame.seed, push.first + i, DIMENSION_DIRECTION, push.sample_index),
+        ),
     };
     let t_max = if push.argument == KIND_AO { stage.frame.ao_radius } else { FAR_AWAY };
     Ray { origin: s.position.into(), t_min: 0.0, direction: direction.into(), t_max }
