@@ -7,6 +7,7 @@ pub mod contention;
 pub mod counters;
 pub mod cycles;
 pub mod kernel;
+pub mod lockstep;
 pub mod machine;
 pub mod occupancy;
 pub mod profile;
