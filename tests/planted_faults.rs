@@ -9,6 +9,7 @@ mod kernels;
 use std::path::Path;
 
 use caribou::layout::{Hit, RayCounters};
+use caribou::report::verify::{VIRTUAL_L1S, verify_virtual_l1};
 use caribou::trace::{MachineOptions, Query, RayBuffers, Strategy, Stream, Tracer, TracerOptions, TwinTracer};
 use caribou::vulkan::{GpuOptions, Place};
 
@@ -22,8 +23,8 @@ enum Finding {
     Counters,
 }
 
-/// Kernels of strategy `migrate`, and the sort.
-const KERNELS: [&str; 8] = [
+/// Kernels of strategy `migrate`, the sort, and the virtual L1.
+const KERNELS: [&str; 9] = [
     "schedule",
     "schedule_cpu",
     "migrate",
@@ -32,14 +33,12 @@ const KERNELS: [&str; 8] = [
     "queue_prefix",
     "queue_scatter",
     "queue_shares",
+    "virtual_l1",
 ];
 
 /// What the fault comes to; nothing at all without a device.
 fn check(file: &str, original: &str, fault: &str) -> Option<Finding> {
-    let folder = tempfile::tempdir().unwrap();
-    plant(folder.path(), file, original, fault);
-    let kernels = Some(folder.path().to_owned());
-    let gpu = common::gpu_with(&GpuOptions { kernels, ..GpuOptions::default() })?;
+    let (gpu, _folder) = gpu_with_fault(file, original, fault)?;
     let scene = caribou::scene::procedural::build("forest", 4_000, 1).unwrap();
     let bvh = common::bvh(&scene);
     let machine = MachineOptions { partition: "bytes:4KiB".parse().unwrap(), sms: 4, ..MachineOptions::default() };
@@ -64,6 +63,22 @@ fn check(file: &str, original: &str, fault: &str) -> Option<Finding> {
         Ok(report) if report != twin.migration => Finding::Counters,
         Ok(_) => Finding::Nothing,
     })
+}
+
+/// By how much counts of the virtual L1 differ from the replay's; nothing at all without a device.
+fn check_virtual_l1(file: &str, original: &str, fault: &str) -> Option<u64> {
+    let (gpu, _folder) = gpu_with_fault(file, original, fault)?;
+    let scene = caribou::scene::procedural::build("room", 4_000, 1).unwrap();
+    let (bvh, rays) = (common::bvh(&scene), common::rays_around(&scene, 2_000));
+    Some(verify_virtual_l1(&gpu, &bvh, (Query::Closest, &rays), &VIRTUAL_L1S[0].1).unwrap().mismatches)
+}
+
+/// A device, and the folder from which it takes its kernels.
+fn gpu_with_fault(file: &str, original: &str, fault: &str) -> Option<(common::Validated, tempfile::TempDir)> {
+    let folder = tempfile::tempdir().unwrap();
+    plant(folder.path(), file, original, fault);
+    let kernels = Some(folder.path().to_owned());
+    Some((common::gpu_with(&GpuOptions { kernels, ..GpuOptions::default() })?, folder))
 }
 
 /// Compiles the kernels into `folder` with one text of one file replaced.
@@ -123,4 +138,26 @@ planted! {
         "if (stays) counted.bypasses += 1u;" => "if (stays) counted.bypasses += 0u;", Conservation;
     planted_wrong_owner: "include/migrate.glsl",
         "owner == share.sm" => "owner == (share.sm ^ 1u)", Counters;
+}
+
+#[test]
+fn planted_faults_in_the_virtual_l1() {
+    let (cache, warp) = ("include/virtual_cache.glsl", "virtual_l1.comp");
+    let faults = [
+        ("first in, first out", cache, "if (hit || kind == ACCESS_LOAD", "if (!hit && kind == ACCESS_LOAD"),
+        ("pushes that allocate", cache, "if (hit ||", "if (kind != ACCESS_STORE ||"),
+        (
+            "no coalescing",
+            cache,
+            "if (wanted == next) wanted = 0u;",
+            "if (wanted == next && (turn & 1u) == 1u) wanted = 0u;",
+        ),
+        ("early reconvergence", warp, "any_leaf != 0u;\n    if", "any_leaf != 0u && any_node == 0u;\n    if"),
+        ("stacks without depth", warp, "stack_at(turn, depth) / 32u", "turn.thread / 32u"),
+    ];
+    let nothing = check_virtual_l1(cache, "uint place = found;", "uint place = found; ");
+    assert!(nothing.is_none_or(|differ| differ == 0));
+    for (what, file, original, fault) in faults {
+        assert!(check_virtual_l1(file, original, fault).is_none_or(|differ| differ > 0), "{what}");
+    }
 }

@@ -32,6 +32,23 @@ const uint LEAST_STRIP = 256u;
 // Invocations of the prefix-sum kernel, which is one workgroup.
 const uint PREFIX_LANES = 256u;
 
+// Memory instructions as the virtual L1 tells them apart: loads from global memory.
+const uint ACCESS_LOAD = 0u;
+// Stores to global memory.
+const uint ACCESS_STORE = 1u;
+// Loads from local memory, the stack.
+const uint ACCESS_POP = 2u;
+// Stores to local memory.
+const uint ACCESS_PUSH = 3u;
+// Number of kinds.
+const uint ACCESS_KINDS = 4u;
+// Most lines of the virtual L1: 64 KiB of 128-byte lines, more than Fermi's 48.
+const uint VIRTUAL_LINES = 512u;
+// Most warps that a virtual SM holds; Fermi's holds 48.
+const uint VIRTUAL_WARPS = 64u;
+// Turns of a virtual SM in a dispatch. A turn takes at most 3 x 8 + 1 instructions of 32 lines, and a loop one
+// iteration more than that each: 64 turns stay below 65,535 iterations, the strictest limit known of any driver.
+const uint VIRTUAL_TURNS = 64u;
 
 // Primitive id of a miss.
 const uint NO_HIT = 0xFFFFFFFFu;

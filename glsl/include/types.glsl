@@ -105,6 +105,24 @@ struct Subtree {
     uint owner;
 };
 
+// A warp that a virtual SM holds, or the next it will.
+struct WarpSlot {
+    uint warp;
+    uint phase;
+};
+
+// What memory instructions of one kind did to a virtual SM's L1.
+struct AccessCounts {
+    uint instructions;
+    uint lanes;
+    uint accesses;
+    uint misses;
+    uint write_backs;
+    uint pad0;
+    uint pad1;
+    uint pad2;
+};
+
 // A path in flight: a pixel's sample.
 struct Path {
     vec3 throughput;

@@ -9,7 +9,7 @@ use super::output;
 use crate::render::features::Features;
 use crate::render::picture::{Request, picture};
 use crate::render::settings::Settings;
-use crate::report::verify::verify_rays;
+use crate::report::verify::{verify_rays, verify_virtual_l1s};
 use crate::scene::select_camera;
 use crate::trace::verify::{Verdict, verify_arithmetic};
 use crate::trace::{Strategy, TracerOptions};
@@ -68,6 +68,7 @@ impl Verify {
         let (bvh, tables) = (&prepared.bvh, &prepared.tables);
         let mut verdicts = verify_arithmetic(gpu)?;
         verdicts.extend(verify_rays(gpu, bvh, tables, settings.frame(&camera))?);
+        verdicts.extend(verify_virtual_l1s(gpu, bvh, tables, settings.frame(&camera))?);
         let features = Features::of(&prepared.scene, None);
         let request = |strategy| Request {
             bvh,

@@ -10,6 +10,7 @@ pub mod cut;
 pub mod cycles;
 pub mod kernel;
 pub mod launch;
+pub mod lockstep;
 pub mod machine;
 pub mod occupancy;
 pub mod plan;

@@ -13,6 +13,7 @@ pub mod stream;
 pub mod tracer;
 pub mod twin_tracer;
 pub mod verify;
+pub mod virtual_l1;
 mod whole_tree;
 
 pub use crate::layout::{Hit, Ray, RayCounters};

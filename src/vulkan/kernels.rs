@@ -71,6 +71,7 @@ kernels! {
     QueuePrefix:     "queue_prefix",      3,       0,      16,         256;
     QueueScatter:    "queue_scatter",     4,       0,      16,         32;
     QueueShares:     "queue_shares",      4,       0,      16,         32;
+    VirtualL1:       "virtual_l1",        7,       0,      88,         32;
     Generate:        "generate",          3,       0,      16,         32;
     Light:           "light",             10,      0,      16,         32;
     Gather:          "gather",            5,       0,      16,         32;

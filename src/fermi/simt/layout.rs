@@ -59,19 +59,19 @@ impl Layout {
         }
     }
 
-    pub(super) fn node(&self, index: u32) -> u64 {
+    pub(in crate::fermi) fn node(&self, index: u32) -> u64 {
         self.nodes + u64::from(index) * bytes::<Node>()
     }
 
-    pub(super) fn triangle(&self, index: u32) -> u64 {
+    pub(in crate::fermi) fn triangle(&self, index: u32) -> u64 {
         self.triangles + u64::from(index) * bytes::<Triangle>()
     }
 
-    pub(super) fn ray(&self, index: usize) -> u64 {
+    pub(in crate::fermi) fn ray(&self, index: usize) -> u64 {
         self.rays + index as u64 * bytes::<Ray>()
     }
 
-    pub(super) fn hit(&self, index: usize) -> u64 {
+    pub(in crate::fermi) fn hit(&self, index: usize) -> u64 {
         self.hits + index as u64 * bytes::<Hit>()
     }
 
@@ -97,7 +97,7 @@ impl Layout {
     }
 
     /// Entry `depth` of the stack of thread number `thread` among those resident.
-    pub(super) fn stack(&self, thread: u64, depth: u32) -> u64 {
+    pub(in crate::fermi) fn stack(&self, thread: u64, depth: u32) -> u64 {
         self.stacks + thread * WORD + u64::from(depth) * self.stride
     }
 
