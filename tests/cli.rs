@@ -28,7 +28,7 @@ fn text(path: &Path) -> String {
 fn help_and_version_are_no_errors() {
     caribou(&["--help"]).success().stdout(contains("Exit codes"));
     caribou(&["--version"]).success().stdout(contains(env!("CARGO_PKG_VERSION")));
-    for command in ["render", "info", "bench", "scene", "verify", "model", "occupancy"] {
+    for command in ["render", "info", "bench", "scene", "verify", "model", "occupancy", "diff"] {
         caribou(&[command, "--help"]).success();
     }
 }
@@ -231,4 +231,62 @@ fn occupancy_names_its_limiter_and_draws() {
     caribou(&rule).success().stdout(contains("3 blocks, 18 of 48 warps"));
     caribou(&["occupancy", "--regs", "33", "--threads", "1024"]).success().stdout(contains("the launch fails"));
     caribou(&[&demand[..], &["-o", "a.gif"]].concat()).code(2).stderr(contains(".svg"));
+}
+
+/// A small picture by the twin.
+fn rendered(folder: &Path, name: &str, width: &str, options: &[&str]) -> String {
+    let path = text(&folder.join(name));
+    let size = ["--width", width, "--height", "30", "--twin", "-q", "-o", &path];
+    caribou(&[&["render", "builtin:cornell"], &size[..], options].concat()).success();
+    path
+}
+
+#[test]
+fn pictures_are_compared() {
+    let folder = folder();
+    let a = rendered(folder.path(), "a.exr", "40", &["--aov", "all"]);
+    let b = rendered(folder.path(), "b.exr", "40", &["--aov", "all", "--sky", "0.5"]);
+    let [png, exr, json] = ["d.png", "d.exr", "d.json"].map(|name| text(&folder.path().join(name)));
+    for metric in ["rmse", "flip", "max"] {
+        let same = ["diff", &a, &a, "--metric", metric, "--fail-above", "0", "-o", &png];
+        caribou(&same).success().stdout(contains("primId").and(contains("FLIP 0.000000")));
+        caribou(&["diff", &a, &b, "--metric", metric, "--fail-above", "1e-9", "-o", &exr, "--json", &json])
+            .code(1)
+            .stderr(contains(metric));
+    }
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert_eq!((&report["schema"], &report["value"]), (&"caribou-diff/1".into(), &report["total"]["max"]));
+    let of = |name: &str| {
+        let channels = report["channels"].as_array().unwrap();
+        channels.iter().find(|channel| channel["channel"] == name).unwrap()["rmse"].as_f64().unwrap()
+    };
+    assert!(of("R") > 0.0 && of("Z") == 0.0, "the sky lights, it moves nothing");
+    let difference = caribou::render::exr::read::read(exr.as_ref()).unwrap();
+    let r = difference.floats("R").unwrap();
+    let rmse = (r.iter().map(|&d| f64::from(d * d)).sum::<f64>() / r.len() as f64).sqrt();
+    assert!((rmse - of("R")).abs() < 1e-6 && difference.floats("flip").is_some());
+}
+
+#[test]
+fn pictures_that_cannot_be_compared_are_refused() {
+    let folder = folder();
+    let a = rendered(folder.path(), "a.exr", "40", &[]);
+    let z = rendered(folder.path(), "z.exr", "40", &["--aov", "Z"]);
+    let small = rendered(folder.path(), "small.exr", "20", &[]);
+    let text_file = text(&folder.path().join("text.exr"));
+    std::fs::write(&text_file, "no picture").unwrap();
+    for (arguments, message) in [
+        (&[a.as_str(), &small][..], "40 x 30 and 20 x 30"),
+        (&[&a, &z], "second alone: Z"),
+        (&[&a, &text_file], "text.exr"),
+        (&[&a, "/nowhere.exr"], "/nowhere.exr"),
+        (&[&a, &a, "--fail-above", "-1"], "--fail-above -1"),
+        (&[&a, &a, "--fail-above", "NaN"], "--fail-above NaN"),
+        (&[&a, &a, "-o", "d.gif"], ".png or .exr"),
+        (&[&a, &a, "--channels", "X"], "it has B, G, R"),
+        (&[&z, &z, "--channels", "Z", "--metric", "flip"], "R, G and B"),
+    ] {
+        caribou(&[&["diff"], arguments].concat()).code(2).stderr(contains(message));
+    }
+    caribou(&["diff", &a, &z, "--channels", "R,G,B", "--fail-above", "0"]).success();
 }

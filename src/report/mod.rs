@@ -1,6 +1,7 @@
 //! What the program tells of its work: machine, scene, statistics, benchmarks, dumps.
 
 pub mod bench;
+pub mod diff;
 pub mod head;
 pub mod machine;
 pub mod model;
