@@ -1,6 +1,9 @@
 //! What the program tells of its work: machine, scene, statistics, benchmarks, dumps.
 
+pub mod baseline;
 pub mod bench;
+pub mod bench_export;
+pub mod bench_table;
 pub mod diff;
 pub mod head;
 pub mod machine;
