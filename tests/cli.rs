@@ -28,7 +28,7 @@ fn text(path: &Path) -> String {
 fn help_and_version_are_no_errors() {
     caribou(&["--help"]).success().stdout(contains("Exit codes"));
     caribou(&["--version"]).success().stdout(contains(env!("CARGO_PKG_VERSION")));
-    for command in ["render", "info", "bench", "scene", "verify", "model", "occupancy"] {
+    for command in ["render", "info", "bench", "scene", "verify", "model", "occupancy", "diff"] {
         caribou(&[command, "--help"]).success();
     }
 }
@@ -234,4 +234,150 @@ fn occupancy_names_its_limiter_and_draws() {
     caribou(&rule).success().stdout(contains("3 blocks, 18 of 48 warps"));
     caribou(&["occupancy", "--regs", "33", "--threads", "1024"]).success().stdout(contains("the launch fails"));
     caribou(&[&demand[..], &["-o", "a.gif"]].concat()).code(2).stderr(contains(".svg"));
+}
+
+/// A small picture by the twin.
+fn rendered(folder: &Path, name: &str, width: &str, options: &[&str]) -> String {
+    let path = text(&folder.join(name));
+    let size = ["--width", width, "--height", "30", "--twin", "-q", "-o", &path];
+    caribou(&[&["render", "builtin:cornell"], &size[..], options].concat()).success();
+    path
+}
+
+#[test]
+fn pictures_are_compared() {
+    let folder = folder();
+    let a = rendered(folder.path(), "a.exr", "40", &["--aov", "all"]);
+    let b = rendered(folder.path(), "b.exr", "40", &["--aov", "all", "--sky", "0.5"]);
+    let [png, exr, json] = ["d.png", "d.exr", "d.json"].map(|name| text(&folder.path().join(name)));
+    for metric in ["rmse", "flip", "max"] {
+        let same = ["diff", &a, &a, "--metric", metric, "--fail-above", "0", "-o", &png];
+        caribou(&same).success().stdout(contains("primId").and(contains("FLIP 0.000000")));
+        caribou(&["diff", &a, &b, "--metric", metric, "--fail-above", "1e-9", "-o", &exr, "--json", &json])
+            .code(1)
+            .stderr(contains(metric));
+    }
+    let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert_eq!((&report["schema"], &report["value"]), (&"caribou-diff/1".into(), &report["total"]["max"]));
+    let of = |name: &str| {
+        let channels = report["channels"].as_array().unwrap();
+        channels.iter().find(|channel| channel["channel"] == name).unwrap()["rmse"].as_f64().unwrap()
+    };
+    assert!(of("R") > 0.0 && of("Z") == 0.0, "the sky lights, it moves nothing");
+    let difference = caribou::render::exr::read::read(exr.as_ref()).unwrap();
+    let r = difference.floats("R").unwrap();
+    let rmse = (r.iter().map(|&d| f64::from(d * d)).sum::<f64>() / r.len() as f64).sqrt();
+    assert!((rmse - of("R")).abs() < 1e-6 && difference.floats("flip").is_some());
+}
+
+#[test]
+fn pictures_that_cannot_be_compared_are_refused() {
+    let folder = folder();
+    let a = rendered(folder.path(), "a.exr", "40", &[]);
+    let z = rendered(folder.path(), "z.exr", "40", &["--aov", "Z"]);
+    let small = rendered(folder.path(), "small.exr", "20", &[]);
+    let text_file = text(&folder.path().join("text.exr"));
+    std::fs::write(&text_file, "no picture").unwrap();
+    for (arguments, message) in [
+        (&[a.as_str(), &small][..], "40 x 30 and 20 x 30"),
+        (&[&a, &z], "second alone: Z"),
+        (&[&a, &text_file], "text.exr"),
+        (&[&a, "/nowhere.exr"], "/nowhere.exr"),
+        (&[&a, &a, "--fail-above", "-1"], "--fail-above -1"),
+        (&[&a, &a, "--fail-above", "NaN"], "--fail-above NaN"),
+        (&[&a, &a, "-o", "d.gif"], ".png or .exr"),
+        (&[&a, &a, "--channels", "X"], "it has B, G, R"),
+        (&[&z, &z, "--channels", "Z", "--metric", "flip"], "R, G and B"),
+    ] {
+        caribou(&[&["diff"], arguments].concat()).code(2).stderr(contains(message));
+    }
+    caribou(&["diff", &a, &z, "--channels", "R,G,B", "--fail-above", "0"]).success();
+}
+
+const SMALL_BENCH: [&str; 8] = ["bench", "--twin", "--width", "32", "--height", "24", "--runs", "2"];
+
+#[test]
+fn a_bench_is_compared_with_its_baseline() {
+    let folder = folder();
+    let path = text(&folder.path().join("old.json"));
+    let rays = ["--rays", "primary,ao"];
+    caribou(&[&SMALL_BENCH[..], &rays, &["--json", &path]].concat()).success();
+    let original: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let against = |change: &dyn Fn(&mut serde_json::Value), options: &[&str]| {
+        let mut changed = original.clone();
+        change(&mut changed);
+        std::fs::write(&path, changed.to_string()).unwrap();
+        caribou(&[&SMALL_BENCH[..], &["--baseline", &path], options].concat())
+    };
+    // Rates that no machine reaches or falls below, so that no time decides.
+    let rate = |mrays: f64| {
+        move |report: &mut serde_json::Value| {
+            let interval = serde_json::json!({"median": mrays, "low": mrays, "high": mrays});
+            report["results"][0]["mrays_per_s"] = interval.clone();
+            report["results"][1]["mrays_per_s"] = interval;
+        }
+    };
+    against(&rate(1e-9), &rays).success().stdout(contains("2 of 2 rows changed").and(contains("faster")));
+    against(&rate(1e9), &rays).code(1).stdout(contains("direct/ao: slower")).stderr(contains("2 became slower"));
+    against(&rate(1e-9), &["--rays", "ao"]).success().stdout(contains("not run: direct/primary"));
+    let visits = |report: &mut serde_json::Value| report["results"][1]["counters"]["node_visits"] = 7.into();
+    against(&visits, &rays).code(1).stdout(contains("direct/ao: counters.node_visits was 7, is "));
+    let digest = |report: &mut serde_json::Value| report["results"][0]["hits_digest"] = "0".into();
+    against(&digest, &rays).code(1).stdout(contains("hits_digest"));
+    let device = |report: &mut serde_json::Value| {
+        rate(1e9)(report);
+        report["machine"]["device"] = "another".into();
+    };
+    against(&device, &rays).success().stdout(contains("times were not compared"));
+}
+
+#[test]
+fn baselines_of_other_runs_are_refused() {
+    let folder = folder();
+    let path = text(&folder.path().join("old.json"));
+    caribou(&[&SMALL_BENCH[..], &["--rays", "primary", "--json", &path]].concat()).success();
+    let original: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let refused = |change: &dyn Fn(&mut serde_json::Value), options: &[&str], message: &str| {
+        let mut changed = original.clone();
+        change(&mut changed);
+        std::fs::write(&path, changed.to_string()).unwrap();
+        let all = [&SMALL_BENCH[..], &["--baseline", &path], options].concat();
+        caribou(&all).code(2).stderr(contains(message).and(contains("old.json")));
+    };
+    let primary = ["--rays", "primary"];
+    refused(&|_| (), &["--rays", "ao"], "no row direct/ao");
+    refused(&|r| r["schema"] = "caribou-bench/0".into(), &primary, "caribou-bench/0");
+    refused(&|r| *r = serde_json::json!([]), &primary, "schema");
+    refused(&|r| r["results"] = 1.into(), &primary, "results");
+    refused(&|r| r["width"] = 33.into(), &primary, "width is 33 there and 32 here");
+    refused(&|r| r["seed"] = 2.into(), &primary, "seed");
+    refused(&|r| r["ao_radius"] = 2.into(), &primary, "ao_radius");
+    refused(&|r| r["scene"]["name"] = "a/castle.glb".into(), &primary, "castle.glb");
+    refused(&|r| r["scene"]["triangles"] = 1.into(), &primary, "scene.triangles");
+    refused(&|r| r["results"][0]["mrays_per_s"] = "fast".into(), &primary, "direct/primary");
+    std::fs::write(&path, "{").unwrap();
+    caribou(&[&SMALL_BENCH[..], &["--baseline", &path]].concat()).code(2).stderr(contains("no JSON"));
+    caribou(&["bench", "--twin", "--baseline", "/nowhere.json"]).code(2).stderr(contains("/nowhere.json"));
+    for share in ["-1%", "NaN", "2", "x"] {
+        let all = ["bench", "--twin", "--baseline", &path, "--fail-above", share];
+        caribou(&all).code(2).stderr(contains("--fail-above"));
+    }
+}
+
+#[test]
+fn benches_are_exported_for_services() {
+    let folder = folder();
+    let [bencher, action] = ["bencher.json", "action.json"].map(|name| text(&folder.path().join(name)));
+    let exports = ["--rays", "primary", "--export-bencher", &bencher, "--export-github-action", &action];
+    caribou(&[&SMALL_BENCH[..], &exports].concat()).success();
+    let read = |path: &str| serde_json::from_slice::<serde_json::Value>(&std::fs::read(path).unwrap()).unwrap();
+    let row = read(&bencher)["builtin:cornell/direct/primary"].clone();
+    let throughput = ["lower_value", "value", "upper_value"].map(|name| row["throughput"][name].as_f64().unwrap());
+    assert!(throughput[0] > 0.0 && throughput.is_sorted(), "{throughput:?}");
+    assert!(row["node-visits"]["value"].as_f64().unwrap() >= 1.0);
+    let rows = read(&action);
+    assert_eq!(rows.as_array().unwrap().len(), 3);
+    for row in rows.as_array().unwrap() {
+        assert!(row["value"].as_f64().unwrap() > 0.0 && row["name"].is_string() && row["unit"].is_string(), "{row}");
+    }
 }

@@ -1,24 +1,27 @@
 //! `caribou bench`: rays a second, counters and digests.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::input::{DeviceArguments, MachineArguments, SceneArguments};
+use super::input::{DeviceArguments, MachineArguments, Prepared, SceneArguments};
 use super::output;
 use crate::atomic_file::check_writable;
+use crate::layout::Frame;
 use crate::render::rays::RayKind;
 use crate::render::settings::Settings;
-use crate::report::bench::{Bench as Bencher, GpuBench, Outcome, Report, TwinBench, measure};
+use crate::report::baseline::{Baseline, Share};
+use crate::report::bench::{Bench as Bencher, GpuBench, Report, SCHEMA, TwinBench, measure};
+use crate::report::bench_export;
+use crate::report::bench_table::table;
 use crate::report::head::Head;
 use crate::report::machine::Machine;
 use crate::report::ray_dump;
 use crate::report::scene::SceneSummary;
-use crate::trace::accounting::SmCounters;
 use crate::trace::step_sample::sample;
 use crate::trace::{Strategy, TracerOptions};
+use crate::vulkan::Gpu;
 use crate::{Error, Result, scene};
 
 /// Measure rays a second, and count what they do in the tree
@@ -57,6 +60,19 @@ pub struct Bench {
     /// Also write the report (schema caribou-bench/1) to a file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Compare with an earlier report: counters and hits exactly, times by their intervals; exit with 1 if a counter
+    /// changed or a row became slower
+    #[arg(long, value_name = "FILE")]
+    baseline: Option<PathBuf>,
+    /// By how much a row may be slower than the baseline even if that is certain: 2% or 0.02
+    #[arg(long, value_name = "SHARE", default_value = "2%", allow_hyphen_values = true, requires = "baseline")]
+    fail_above: Share,
+    /// Also write the report for Bencher (Bencher Metric Format)
+    #[arg(long, value_name = "FILE")]
+    export_bencher: Option<PathBuf>,
+    /// Also write the report for github-action-benchmark (tool: customSmallerIsBetter)
+    #[arg(long, value_name = "FILE")]
+    export_github_action: Option<PathBuf>,
     /// Write triangles, rays and hits of the one kind of rays asked for, for other programs to check
     #[arg(long, value_name = "FILE")]
     dump_rays: Option<PathBuf>,
@@ -105,73 +121,104 @@ enum Arithmetic {
 }
 
 impl Bench {
-    /// Measures and reports.
+    /// Measures, reports, and compares with the baseline.
     pub fn run(&self) -> Result<()> {
-        let report = self.measure()?;
-        if let Some(path) = &self.json {
-            output::write_json(path, &report)?;
+        self.check()?;
+        let baseline = self.baseline.as_deref().map(Baseline::read).transpose()?;
+        let report = self.measure(baseline.as_ref())?;
+        self.write(&report)?;
+        let comparison = baseline.map(|baseline| baseline.compare(&report, self.fail_above)).transpose()?;
+        if !self.quiet && self.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
+            let changes = comparison.as_ref().map(|comparison| comparison.table());
+            output::print(&(table(&report) + &changes.unwrap_or_default()))?;
         }
-        if self.quiet || self.json.as_ref().is_some_and(|path| path.as_os_str() == "-") {
-            return Ok(());
-        }
-        output::print(&table(&report))
+        comparison.map_or(Ok(()), |comparison| comparison.judge())
     }
 
-    fn measure(&self) -> Result<Report> {
-        self.check()?;
+    fn write(&self, report: &Report) -> Result<()> {
+        if let Some(path) = &self.json {
+            output::write_json(path, report)?;
+        }
+        if let Some(path) = &self.export_bencher {
+            output::write_json(path, &bench_export::bencher(report))?;
+        }
+        if let Some(path) = &self.export_github_action {
+            output::write_json(path, &bench_export::github_action(report))?;
+        }
+        Ok(())
+    }
+
+    fn measure(&self, baseline: Option<&Baseline>) -> Result<Report> {
         let gpu = self.device.open()?;
         let prepared = self.scene.prepare(self.quiet)?;
         let camera = scene::select_camera(&prepared.scene, self.scene.camera.as_deref())?;
-        let settings =
-            self.settings(self.ao_radius.unwrap_or_else(|| Settings::default_ao_radius(prepared.bvh.bounds)));
-        let frame = settings.frame(&camera);
-        let (bvh, tables) = (&prepared.bvh, &prepared.tables);
-        let mut kernels = BTreeMap::new();
-        let mut results: Vec<Outcome> = Vec::new();
+        let ao_radius = self.ao_radius.unwrap_or_else(|| Settings::default_ao_radius(prepared.bvh.bounds));
+        let mut report = self.empty_report(gpu.as_ref(), &prepared, ao_radius);
+        if let Some(baseline) = baseline {
+            baseline.check(&report)?;
+        }
+        let frame = self.settings(ao_radius).frame(&camera);
         for &strategy in self.strategy.iter().flat_map(|choice| choice.strategies()) {
-            let options = TracerOptions {
-                strategy,
-                machine: self.machine.options(),
-                driver_arithmetic: self.arithmetic == Arithmetic::Driver,
-                ..TracerOptions::default()
-            };
-            let mut bencher: Box<dyn Bencher> = match &gpu {
-                Some(gpu) => {
-                    let bencher = GpuBench::new(gpu, (bvh, tables), frame, &options)?;
-                    kernels.extend(bencher.kernels()?);
-                    Box::new(bencher)
-                }
-                None => Box::new(TwinBench::new((bvh, tables), frame, &options)?),
-            };
-            for &kind in &self.rays {
-                let rays = bencher.rays(kind)?;
-                let (outcome, traced) = measure(bencher.as_mut(), &options, kind, &rays, self.runs)?;
-                if let Some(path) = &self.step_trace {
-                    let rays_wanted = sample(rays.len() as u64, self.trace_rays.unwrap_or(u64::MAX));
-                    bencher.record(kind, &rays, rays_wanted)?.write(path)?;
-                }
-                if let Some(path) = &self.dump_rays {
-                    ray_dump::write(path, &prepared.scene.positions, &rays, &traced.hits)?;
-                }
-                results.push(outcome);
+            self.measure_strategy(strategy, gpu.as_ref(), &prepared, frame, &mut report)?;
+        }
+        match gpu.iter().flat_map(|gpu| gpu.validation_messages()).next() {
+            Some(message) => Err(Error::Check(format!("validation: {message}"))),
+            None => Ok(report),
+        }
+    }
+
+    fn measure_strategy(
+        &self,
+        strategy: Strategy,
+        gpu: Option<&Gpu>,
+        Prepared { scene, bvh, tables, .. }: &Prepared,
+        frame: Frame,
+        report: &mut Report,
+    ) -> Result<()> {
+        let options = TracerOptions {
+            strategy,
+            machine: self.machine.options(),
+            driver_arithmetic: self.arithmetic == Arithmetic::Driver,
+            ..TracerOptions::default()
+        };
+        let mut bencher: Box<dyn Bencher> = match gpu {
+            Some(gpu) => {
+                let bencher = GpuBench::new(gpu, (bvh, tables), frame, &options)?;
+                report.kernels.extend(bencher.kernels()?);
+                Box::new(bencher)
             }
+            None => Box::new(TwinBench::new((bvh, tables), frame, &options)?),
+        };
+        for &kind in &self.rays {
+            let rays = bencher.rays(kind)?;
+            let (outcome, traced) = measure(bencher.as_mut(), &options, kind, &rays, self.runs)?;
+            if let Some(path) = &self.step_trace {
+                let rays_wanted = sample(rays.len() as u64, self.trace_rays.unwrap_or(u64::MAX));
+                bencher.record(kind, &rays, rays_wanted)?.write(path)?;
+            }
+            if let Some(path) = &self.dump_rays {
+                ray_dump::write(path, &scene.positions, &rays, &traced.hits)?;
+            }
+            report.results.push(outcome);
         }
-        if let Some(message) = gpu.iter().flat_map(|gpu| gpu.validation_messages()).next() {
-            return Err(Error::Check(format!("validation: {message}")));
-        }
-        Ok(Report {
+        Ok(())
+    }
+
+    fn empty_report(&self, gpu: Option<&Gpu>, prepared: &Prepared, ao_radius: f32) -> Report {
+        Report {
             head: Head {
-                schema: "caribou-bench/1",
-                machine: Machine::new(gpu.as_ref()),
-                scene: SceneSummary::new(&prepared.scene, bvh),
+                schema: SCHEMA,
+                machine: Machine::new(gpu),
+                scene: SceneSummary::new(&prepared.scene, &prepared.bvh),
                 width: self.width,
                 height: self.height,
             },
-            ao_radius: settings.ao_radius,
+            ao_radius,
+            seed: self.seed,
             arithmetic: if self.arithmetic == Arithmetic::Driver { "driver" } else { "exact" },
-            kernels,
-            results,
-        })
+            kernels: BTreeMap::new(),
+            results: Vec::new(),
+        }
     }
 
     fn settings(&self, ao_radius: f32) -> Settings {
@@ -198,89 +245,10 @@ impl Bench {
         if self.trace_rays == Some(0) {
             return Err(Error::usage("--trace-rays 0", "give a number from 1 on"));
         }
-        for path in
-            self.json.iter().filter(|path| path.as_os_str() != "-").chain(&self.dump_rays).chain(&self.step_trace)
-        {
+        let printable = self.json.iter().chain(&self.export_bencher).chain(&self.export_github_action);
+        for path in printable.filter(|path| path.as_os_str() != "-").chain(&self.dump_rays).chain(&self.step_trace) {
             check_writable(path)?;
         }
         Ok(())
-    }
-}
-
-fn table(report: &Report) -> String {
-    let Head { machine, scene, width, height, .. } = &report.head;
-    let mut text = format!("{}: {} triangles, {width} x {height}, {}\n\n", scene.name, scene.triangles, machine.device);
-    let _ = writeln!(
-        text,
-        "{:<10} {:<8} {:>10} {:>10} {:>22} {:>10} {:>10} {:>6}  hits digest",
-        "strategy", "rays", "count", "hits", "Mrays/s (95 %)", "nodes/ray", "tests/ray", "SIMD"
-    );
-    for r in &report.results {
-        let each = |sum: u64| sum as f64 / r.ray_count.max(1) as f64;
-        let rate = r.mrays_per_s.map_or("-".to_owned(), |m| format!("{:.3} ({:.3}-{:.3})", m.median, m.low, m.high));
-        let _ = writeln!(
-            text,
-            "{:<10} {:<8} {:>10} {:>10} {:>22} {:>10.2} {:>10.2} {:>6.3}  {}",
-            r.tracing.strategy.name(),
-            r.rays.name(),
-            r.ray_count,
-            r.hits,
-            rate,
-            each(r.counters.node_visits),
-            each(r.counters.triangle_tests),
-            r.warps.simd_efficiency(),
-            r.hits_digest
-        );
-    }
-    migration_table(&mut text, report);
-    for (kernel, statistics) in &report.kernels {
-        let parts: Vec<String> = statistics.iter().map(|(name, value)| format!("{name} {value}")).collect();
-        let _ = writeln!(text, "{kernel}: {}", parts.join(", "));
-    }
-    text
-}
-
-/// What explains the speed of strategy `migrate`.
-fn migration_table(text: &mut String, report: &Report) {
-    for (i, r) in report.results.iter().filter(|r| r.migration.is_some()).enumerate() {
-        let Some(migration) = &r.migration else { continue };
-        if i == 0 {
-            let partition = r.tracing.partition.as_deref().unwrap_or_default();
-            let _ = writeln!(text, "\nmigrate, {partition}; a ray's means");
-            let _ = writeln!(
-                text,
-                "{:<8} {:>9} {:>9} {:>9} {:>9} {:>9} {:>7} {:>11} {:>9} {:>10}",
-                "rays",
-                "top nodes",
-                "subtrees",
-                "bypasses",
-                "migrated",
-                "bytes",
-                "rounds",
-                "mean queue",
-                "longest",
-                "busiest SM"
-            );
-        }
-        let each = |sum: u64| sum as f64 / migration.rays.max(1) as f64;
-        let queued: u64 = migration.rounds.iter().map(|round| round.queued).sum();
-        let queues: u64 = migration.rounds.iter().map(|round| round.queues).sum();
-        let steps = |sm: &SmCounters| sm.warps.warp_steps;
-        let all: u64 = migration.sms.iter().map(steps).sum();
-        let busiest = migration.sms.iter().map(steps).max().unwrap_or(0);
-        let _ = writeln!(
-            text,
-            "{:<8} {:>9.2} {:>9.2} {:>9.2} {:>9.2} {:>9.0} {:>7} {:>11.1} {:>9} {:>9.2}x",
-            r.rays.name(),
-            each(r.counters.top_visits),
-            each(r.counters.subtrees),
-            each(r.counters.bypasses),
-            each(r.counters.migrations),
-            each(migration.sms.iter().map(|sm| sm.record_bytes).sum()),
-            migration.rounds.len(),
-            queued as f64 / queues.max(1) as f64,
-            migration.rounds.iter().map(|round| round.longest_queue).max().unwrap_or(0),
-            busiest as f64 * migration.sms.len() as f64 / all.max(1) as f64
-        );
     }
 }

@@ -1,4 +1,4 @@
-//! Whether a picture fits the machine, asked before any work.
+//! Whether pictures fit the machine, asked before any work.
 
 use crate::{Error, Result};
 
@@ -9,11 +9,20 @@ const FILM_BYTES: u64 = 16 + 48 + 16;
 /// tell (it is not Linux), anything goes.
 pub fn check_picture(width: u32, height: u32, channels: u64) -> Result<()> {
     let needed = u64::from(width) * u64::from(height) * (FILM_BYTES + 8 * channels);
+    check_fits(
+        &format!("a picture of {width} x {height} pixels"),
+        needed,
+        "use a smaller --width and --height, or fewer --aov",
+    )
+}
+
+/// Refuses `what` if it needs more `bytes` than are now free.
+pub fn check_fits(what: &str, bytes: u64, remedy: &str) -> Result<()> {
     match available() {
-        Some(free) if needed > free => Err(Error::usage(
-            format!("a picture of {width} x {height} pixels needs {} MiB, {} MiB are free", needed >> 20, free >> 20),
-            "use a smaller --width and --height, or fewer --aov",
-        )),
+        Some(free) if bytes > free => {
+            let problem = format!("{what} needs {} MiB, {} MiB are free", bytes >> 20, free >> 20);
+            Err(Error::usage(problem, remedy))
+        }
         _ => Ok(()),
     }
 }

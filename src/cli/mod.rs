@@ -1,6 +1,7 @@
 //! Command line: one file a subcommand, arguments in, typed request out.
 
 mod bench;
+mod diff;
 mod info;
 mod input;
 mod memory;
@@ -37,6 +38,7 @@ enum Command {
     Render(render::Render),
     Info(info::Info),
     Bench(bench::Bench),
+    Diff(diff::Diff),
     Scene(scene::SceneCommand),
     Verify(verify::Verify),
     Model(Box<model::Model>),
@@ -60,6 +62,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Render(command) => command.run(),
         Command::Info(command) => command.run(),
         Command::Bench(command) => command.run(),
+        Command::Diff(command) => command.run(),
         Command::Scene(command) => command.run(),
         Command::Verify(command) => command.run(),
         Command::Model(command) => command.run(),

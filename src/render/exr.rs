@@ -1,4 +1,4 @@
-//! OpenEXR out: any channels, ZIP, and a header that says how the picture was made.
+//! OpenEXR out: any channels, ZIP, and a header that says how the picture was made. `read` is the way back in.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,6 +13,8 @@ use half::f16;
 use super::image::{Channel, Image, Samples};
 use crate::atomic_file::write_atomically;
 use crate::{Error, Result};
+
+pub mod read;
 
 /// What the header tells besides the pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -50,13 +52,28 @@ pub struct Written {
 /// [`Error::Check`] if a sample is NaN or infinite: nothing is written, such a picture is a fault of
 /// the program. [`Error::Io`] or [`Error::Usage`] if the path cannot be written.
 pub fn write(path: &Path, image: Image, metadata: &Metadata) -> Result<Written> {
+    write_with(path, image, attributes(metadata))
+}
+
+/// Writes a picture that no camera made; each of `texts` becomes a text attribute.
+///
+/// # Errors
+/// Those of [`write`].
+pub fn write_plain(path: &Path, image: Image, texts: &[(&str, &str)]) -> Result<Written> {
+    let mut attributes = LayerAttributes { software_name: Some(software()), ..LayerAttributes::default() };
+    let texts = texts.iter().map(|(name, value)| (text(name), AttributeValue::Text(text(value))));
+    attributes.other.extend(texts);
+    write_with(path, image, attributes)
+}
+
+fn write_with(path: &Path, image: Image, attributes: LayerAttributes) -> Result<Written> {
     check_finite(&image)?;
     let size = (image.width(), image.height());
     let mut clamped = 0;
     let channels = image.into_channels().into_iter().map(|channel| encode(channel, &mut clamped)).collect();
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
-    let layer = Layer::new(size, attributes(metadata), encoding, AnyChannels::sort(channels));
+    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
     let file = ExrImage::from_layer(layer);
     write_atomically(path, |writer| file.write().to_buffered(writer).map_err(|error| exr_error(path, error)))?;
     Ok(Written { clamped })
@@ -99,7 +116,7 @@ fn to_half(value: f32, clamped: &mut usize) -> f16 {
 
 fn attributes(metadata: &Metadata) -> LayerAttributes {
     let mut attributes = LayerAttributes {
-        software_name: Some(text(concat!("caribou ", env!("CARGO_PKG_VERSION")))),
+        software_name: Some(software()),
         world_to_camera: Some(row_vector_matrix(metadata.world_to_camera)),
         world_to_normalized_device: Some(row_vector_matrix(metadata.world_to_ndc)),
         ..LayerAttributes::default()
@@ -115,6 +132,10 @@ fn attributes(metadata: &Metadata) -> LayerAttributes {
     }
     other.insert(text("renderTime"), AttributeValue::F32(metadata.render_seconds as f32));
     attributes
+}
+
+fn software() -> Text {
+    text(concat!("caribou ", env!("CARGO_PKG_VERSION")))
 }
 
 /// OpenEXR's M44f multiplies row vectors from the left and is stored by rows (Imath); that is the

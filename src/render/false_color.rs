@@ -48,8 +48,8 @@ pub fn false_color(image: &Image, aov: Aov) -> Option<(Vec<[u8; 3]>, Option<Rang
     let planes: Vec<&[f32]> = aov.channels().iter().filter_map(|name| image.floats(name)).collect();
     match (aov, planes.as_slice()) {
         (Aov::Steps | Aov::Migrations | Aov::Subtrees, [steps]) => {
-            let range = Range { min: 0.0, max: percentile(steps.iter().copied(), PERCENTILE) };
-            Some((steps.iter().map(|value| inferno(fraction(*value, range))).collect(), Some(range)))
+            let range = from_zero(steps);
+            Some((steps.iter().map(|value| heat(*value, range)).collect(), Some(range)))
         }
         (Aov::Z, [z]) => {
             let range = bounds(z, |i| z[i] < Z_NOTHING);
@@ -68,6 +68,16 @@ pub fn false_color(image: &Image, aov: Aov) -> Option<(Vec<[u8; 3]>, Option<Rang
         },
         _ => None,
     }
+}
+
+/// A scale from 0 to the 99.5th percentile of `values`.
+pub fn from_zero(values: &[f32]) -> Range {
+    Range { min: 0.0, max: percentile(values.iter().copied(), PERCENTILE) }
+}
+
+/// Colour of `value` in a heat map over `range`.
+pub fn heat(value: f32, range: Range) -> [u8; 3] {
+    inferno(fraction(value, range))
 }
 
 /// Each component by `show(axis, value)`; the zero vector, which marks a miss, stays black.

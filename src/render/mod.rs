@@ -2,6 +2,7 @@
 
 pub mod aov;
 pub mod camera_matrices;
+pub mod compare;
 pub mod cpu;
 pub mod exr;
 pub mod false_color;

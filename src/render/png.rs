@@ -32,14 +32,22 @@ pub enum Preview {
 /// cannot be written.
 pub fn write(path: &Path, image: &Image, preview: Preview) -> Result<Option<Range>> {
     let (pixels, range) = pixels(image, preview)?;
+    write_pixels(path, (image.width(), image.height()), &pixels)?;
+    Ok(range)
+}
+
+/// Writes sRGB pixels, row-major from the top left, to `path`, whole or not at all.
+///
+/// # Errors
+/// [`Error::Io`] or [`Error::Usage`] if `path` cannot be written.
+pub fn write_pixels(path: &Path, (width, height): (usize, usize), pixels: &[[u8; 3]]) -> Result<()> {
     // MAX_SIDE makes both fit.
-    let (width, height) = (image.width() as u32, image.height() as u32);
+    let (width, height) = (width as u32, height as u32);
     write_atomically(path, |writer| {
         PngEncoder::new(writer)
             .write_image(pixels.as_flattened(), width, height, ExtendedColorType::Rgb8)
             .map_err(|error| png_error(path, error))
-    })?;
-    Ok(range)
+    })
 }
 
 fn pixels(image: &Image, preview: Preview) -> Result<(Vec<[u8; 3]>, Option<Range>)> {

@@ -20,6 +20,9 @@ use crate::trace::{Query, RayBuffers, StepSample, Strategy, Stream, Tracer, Trac
 use crate::twin::tiles::tile_count;
 use crate::vulkan::{Buffer, DeviceKind, Gpu, Place};
 
+/// Name and version of the report's format.
+pub const SCHEMA: &str = "caribou-bench/1";
+
 /// A GPU is kept busy this long before it is timed, because its clock is low after idling.
 const WARM_UP_SECONDS: f64 = 0.5;
 
@@ -41,6 +44,8 @@ pub struct Report {
     pub head: Head,
     /// Length of ambient occlusion rays.
     pub ao_radius: f32,
+    /// Seed of the secondary rays.
+    pub seed: u32,
     /// `exact`, or `driver` where reciprocals were taken as the driver rounds them.
     pub arithmetic: &'static str,
     /// What the driver says of the compiled kernels, where it does: registers, for example.

@@ -1,7 +1,11 @@
 //! What the program tells of its work: machine, scene, statistics, benchmarks, dumps.
 
+pub mod baseline;
 pub mod bench;
+pub mod bench_export;
+pub mod bench_table;
 pub mod chart;
+pub mod diff;
 pub mod experiment;
 pub mod head;
 pub mod html;

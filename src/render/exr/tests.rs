@@ -148,3 +148,62 @@ fn an_independent_reader_agrees() {
         assert!(said.contains(promise), "no '{promise}' in\n{said}");
     }
 }
+
+#[test]
+fn what_was_written_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    write(&path, picture(), &metadata()).unwrap();
+    assert_eq!(read::extent(&path).unwrap(), read::Extent { width: 17, height: 33, channels: 6 });
+    let (found, expected) = (read::read(&path).unwrap(), picture());
+    for name in ["B", "N.X", "primId"] {
+        assert_eq!(found.channel(name), expected.channel(name), "{name}");
+    }
+    assert_eq!(found.floats("R").unwrap()[4], 1.0);
+    assert_eq!(found.channels().len(), 6);
+}
+
+#[test]
+fn several_parts_are_read_under_their_names() {
+    use exr::prelude::{ImageAttributes, IntegerBounds};
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("parts.exr");
+    let part = |name: &str, size: (usize, usize)| {
+        let samples = FlatSamples::F32(vec![1.0; size.0 * size.1]);
+        let channels = AnyChannels::sort([AnyChannel::new("R", samples)].into_iter().collect());
+        Layer::new(size, LayerAttributes::named(name), Encoding::FAST_LOSSLESS, channels)
+    };
+    let write = |sizes: [(usize, usize); 2]| {
+        let attributes = ImageAttributes::new(IntegerBounds::from_dimensions((3, 2)));
+        let parts = vec![part("left", sizes[0]), part("right", sizes[1])];
+        ExrImage::from_layers(attributes, parts).write().to_file(&path).unwrap();
+        read::read(&path)
+    };
+    let names: Vec<String> = write([(3, 2); 2]).unwrap().channels().iter().map(|c| c.name.clone()).collect();
+    assert_eq!(names, ["left.R", "right.R"]);
+    let error = write([(3, 2), (2, 2)]).unwrap_err();
+    assert!(error.exit_code() == 2 && error.to_string().contains("differ in size"), "{error}");
+}
+
+#[test]
+fn damaged_files_are_refused_and_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    write(&path, picture(), &metadata()).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let read_bytes = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        read::read(&path)
+    };
+    for cut in (0..whole.len()).step_by(97) {
+        assert_eq!(read_bytes(&whole[..cut]).unwrap_err().exit_code(), 2, "cut at {cut}");
+    }
+    for at in (0..whole.len()).step_by(13) {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x5A;
+        if let Err(error) = read_bytes(&bytes) {
+            assert_eq!(error.exit_code(), 2, "byte {at}: {error}");
+        }
+    }
+    assert_eq!(read::read(&folder.path().join("none.exr")).unwrap_err().exit_code(), 2);
+}
