@@ -18,7 +18,7 @@ use crate::report::ray_dump;
 use crate::report::scene::SceneSummary;
 use crate::trace::accounting::SmCounters;
 use crate::trace::step_sample::sample;
-use crate::trace::{Strategy, TracerOptions};
+use crate::trace::{NodeFormat, Strategy, TracerOptions};
 use crate::{Error, Result, scene};
 
 /// Measure rays a second, and count what they do in the tree
@@ -42,6 +42,9 @@ pub struct Bench {
     strategy: Vec<StrategyChoice>,
     #[command(flatten)]
     machine: MachineArguments,
+    /// How nodes are stored, one format or both separated by a comma; hits are the same
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', default_value = "full")]
+    nodes: Vec<NodeFormat>,
     /// exact: hits as on every other device; driver: the driver's own rounding, to see what exactness costs
     #[arg(long, value_enum, default_value_t)]
     arithmetic: Arithmetic,
@@ -128,13 +131,7 @@ impl Bench {
         let (bvh, tables) = (&prepared.bvh, &prepared.tables);
         let mut kernels = BTreeMap::new();
         let mut results: Vec<Outcome> = Vec::new();
-        for &strategy in self.strategy.iter().flat_map(|choice| choice.strategies()) {
-            let options = TracerOptions {
-                strategy,
-                machine: self.machine.options(),
-                driver_arithmetic: self.arithmetic == Arithmetic::Driver,
-                ..TracerOptions::default()
-            };
+        for options in self.tracings() {
             let mut bencher: Box<dyn Bencher> = match &gpu {
                 Some(gpu) => {
                     let bencher = GpuBench::new(gpu, (bvh, tables), frame, &options)?;
@@ -174,6 +171,19 @@ impl Bench {
         })
     }
 
+    /// Each strategy with each format of nodes.
+    fn tracings(&self) -> Vec<TracerOptions> {
+        let strategies = self.strategy.iter().flat_map(|choice| choice.strategies());
+        let with = |strategy: Strategy, nodes: NodeFormat| TracerOptions {
+            strategy,
+            nodes,
+            machine: self.machine.options(),
+            driver_arithmetic: self.arithmetic == Arithmetic::Driver,
+            ..TracerOptions::default()
+        };
+        strategies.flat_map(|&strategy| self.nodes.iter().map(move |&nodes| with(strategy, nodes))).collect()
+    }
+
     fn settings(&self, ao_radius: f32) -> Settings {
         Settings { width: self.width, height: self.height, seed: self.seed, ao_radius, ..Settings::default() }
     }
@@ -184,15 +194,15 @@ impl Bench {
         if !(1..=10_000).contains(&self.runs) {
             return Err(Error::usage(format!("--runs {}", self.runs), "allowed are 1 to 10000"));
         }
-        self.machine.options().check()?;
+        let tracings = self.tracings();
+        tracings.iter().try_for_each(TracerOptions::check)?;
         if self.dump_rays.is_some() && self.rays.len() != 1 {
             return Err(Error::usage("--dump-rays with several kinds of rays", "name one with --rays"));
         }
-        let strategies = self.strategy.iter().map(|choice| choice.strategies().len()).sum::<usize>();
-        if self.step_trace.is_some() && (self.rays.len(), strategies) != (1, 1) {
+        if self.step_trace.is_some() && (self.rays.len(), tracings.len()) != (1, 1) {
             return Err(Error::usage(
-                "--step-trace with several kinds of rays or strategies",
-                "name one of each with --rays and --strategy",
+                "--step-trace with several kinds of rays, strategies or formats of nodes",
+                "name one of each with --rays, --strategy and --nodes",
             ));
         }
         if self.trace_rays == Some(0) {
@@ -212,16 +222,17 @@ fn table(report: &Report) -> String {
     let mut text = format!("{}: {} triangles, {width} x {height}, {}\n\n", scene.name, scene.triangles, machine.device);
     let _ = writeln!(
         text,
-        "{:<10} {:<8} {:>10} {:>10} {:>22} {:>10} {:>10} {:>6}  hits digest",
-        "strategy", "rays", "count", "hits", "Mrays/s (95 %)", "nodes/ray", "tests/ray", "SIMD"
+        "{:<10} {:<9} {:<8} {:>10} {:>10} {:>22} {:>10} {:>10} {:>6}  hits digest",
+        "strategy", "nodes", "rays", "count", "hits", "Mrays/s (95 %)", "nodes/ray", "tests/ray", "SIMD"
     );
     for r in &report.results {
         let each = |sum: u64| sum as f64 / r.ray_count.max(1) as f64;
         let rate = r.mrays_per_s.map_or("-".to_owned(), |m| format!("{:.3} ({:.3}-{:.3})", m.median, m.low, m.high));
         let _ = writeln!(
             text,
-            "{:<10} {:<8} {:>10} {:>10} {:>22} {:>10.2} {:>10.2} {:>6.3}  {}",
+            "{:<10} {:<9} {:<8} {:>10} {:>10} {:>22} {:>10.2} {:>10.2} {:>6.3}  {}",
             r.tracing.strategy.name(),
+            r.tracing.nodes.name(),
             r.rays.name(),
             r.ray_count,
             r.hits,
