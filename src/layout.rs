@@ -179,6 +179,23 @@ shared! {
         level: u32,
     }
 
+    /// Node of 32 bytes whose planes are bytes; `glsl/include/quantised.glsl` says how it is read.
+    struct QuantisedNode {
+        /// Where the node's grid begins.
+        origin: [f32; 3],
+        /// Biased exponents of the grid's steps in x, y and z, a byte each; then 4 bits a child: its triangle count, or
+        /// [`crate::shared::QUANTISED_INNER`].
+        exponents: u32,
+        /// x planes in steps from the origin, a byte each, in the order of [`Node`].
+        x: u32,
+        /// y planes.
+        y: u32,
+        /// z planes.
+        z: u32,
+        /// From which the links of both children follow.
+        base: u32,
+    }
+
     /// Triangle, 48 bytes, in traversal order: a leaf's triangles are adjacent.
     struct Triangle {
         /// First corner.

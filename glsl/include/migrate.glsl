@@ -97,11 +97,13 @@ void main() {
         if (holding) {
             Subtree subtree = Subtrees(push.subtrees).at[travel.subtree];
             if (COUNT && travel.link == subtree.root) counted.subtrees += 1u;
-            Cursor cursor = cursor_of_trail(Nodes(push.nodes), subtree.level, travel.link, travel.trail);
+            Cursor cursor =
+                cursor_of_trail(Nodes(push.nodes), subtree.root, subtree.level, travel.link, travel.trail);
             travel.trail = trail_above(travel.trail, subtree.level);
             traverse(Nodes(push.nodes), Triangles(push.triangles), ray, box, shear, cursor, hit, counted, steps);
             if (cursor.link != LINK_DONE) {
-                travel.trail = trail_of_stack(Nodes(push.nodes), subtree.root, cursor, travel.trail);
+                travel.trail =
+                    trail_of_stack(Nodes(push.nodes), subtree.root, subtree.level, cursor, travel.trail);
                 travel.link = cursor.link;
                 holding = false;
                 if (COUNT) counted.suspensions += 1u;

@@ -20,6 +20,13 @@ const uint STACK_SIZE = 64u;
 // In a step trace: one of the node's children was put off. Node indices are below it.
 const uint STEP_PUSHED = 0x40000000u;
 
+// In a quantised node, the kind of a child that is an inner node; other kinds are a leaf's triangle count.
+const uint QUANTISED_INNER = 15u;
+// The kinds of its children sit in the top byte of its exponents, from these bits up.
+const uint QUANTISED_KIND0_SHIFT = 24u;
+// See QUANTISED_KIND0_SHIFT.
+const uint QUANTISED_KIND1_SHIFT = 28u;
+
 // Bits of a subtree's index that one pass of the queue sort goes by (glsl/include/queue.glsl): its columns of
 // counts then fill the 32 KiB of shared memory that common drivers have.
 const uint DIGIT_BITS = 8u;

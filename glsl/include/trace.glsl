@@ -32,7 +32,7 @@ void trace_ray(uint local, uint slot, bool resuming, inout uint steps) {
     Hit hit = Hit(ray.t_max, NO_HIT, 0.0, 0.0);
     RayCounters counted = NOTHING_COUNTED;
     if (resuming) {
-        cursor = cursor_of_trail(Nodes(push.nodes), 0u, travels[slot].link, travels[slot].trail);
+        cursor = cursor_of_trail(Nodes(push.nodes), 0u, 0u, travels[slot].link, travels[slot].trail);
         hit = hits[i];
         if (COUNT) counted = counters[i];
     }
@@ -48,7 +48,7 @@ void trace_ray(uint local, uint slot, bool resuming, inout uint steps) {
     if (STEP_LIMIT != 0u) {
         uvec2 trail = uvec2(0u);
         if (cursor.link != LINK_DONE) {
-            trail = trail_of_stack(Nodes(push.nodes), 0u, cursor, trail);
+            trail = trail_of_stack(Nodes(push.nodes), 0u, 0u, cursor, trail);
             atomicAdd(unfinished, 1u);
         }
         travels[slot] = Travel(trail, cursor.link, local);

@@ -88,6 +88,16 @@ struct Node {
     uint level;
 };
 
+// A node in 32 bytes, see quantised.glsl.
+struct QuantisedNode {
+    vec3 origin;
+    uint exponents; // biased exponents of the steps of x, y and z, a byte each; then the kinds of both children
+    uint x; // planes in steps from the origin, a byte each: child 0 low, high, child 1 low, high
+    uint y;
+    uint z;
+    uint base;
+};
+
 struct Triangle {
     vec3 v0;
     uint prim;

@@ -4,6 +4,7 @@ pub mod build;
 mod coincident;
 mod lay_out;
 pub mod partition;
+pub mod quantise;
 pub mod statistics;
 mod ties;
 mod validate;
@@ -13,3 +14,4 @@ mod tests;
 
 pub use build::{Bvh, Quality};
 pub use partition::{Owners, Partition, Policy};
+pub use quantise::QuantisedBvh;

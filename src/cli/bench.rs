@@ -20,7 +20,7 @@ use crate::report::machine::Machine;
 use crate::report::ray_dump;
 use crate::report::scene::SceneSummary;
 use crate::trace::step_sample::sample;
-use crate::trace::{Strategy, TracerOptions};
+use crate::trace::{NodeFormat, Strategy, TracerOptions};
 use crate::vulkan::Gpu;
 use crate::{Error, Result, scene};
 
@@ -45,6 +45,9 @@ pub struct Bench {
     strategy: Vec<StrategyChoice>,
     #[command(flatten)]
     machine: MachineArguments,
+    /// How nodes are stored, one format or both separated by a comma; hits are the same
+    #[arg(long, value_name = "LIST", value_enum, value_delimiter = ',', default_value = "full")]
+    nodes: Vec<NodeFormat>,
     /// exact: hits as on every other device; driver: the driver's own rounding, to see what exactness costs
     #[arg(long, value_enum, default_value_t)]
     arithmetic: Arithmetic,
@@ -158,8 +161,8 @@ impl Bench {
             baseline.check(&report)?;
         }
         let frame = self.settings(ao_radius).frame(&camera);
-        for &strategy in self.strategy.iter().flat_map(|choice| choice.strategies()) {
-            self.measure_strategy(strategy, gpu.as_ref(), &prepared, frame, &mut report)?;
+        for options in self.tracings() {
+            self.measure_tracing(&options, gpu.as_ref(), &prepared, frame, &mut report)?;
         }
         match gpu.iter().flat_map(|gpu| gpu.validation_messages()).next() {
             Some(message) => Err(Error::Check(format!("validation: {message}"))),
@@ -167,31 +170,25 @@ impl Bench {
         }
     }
 
-    fn measure_strategy(
+    fn measure_tracing(
         &self,
-        strategy: Strategy,
+        options: &TracerOptions,
         gpu: Option<&Gpu>,
         Prepared { scene, bvh, tables, .. }: &Prepared,
         frame: Frame,
         report: &mut Report,
     ) -> Result<()> {
-        let options = TracerOptions {
-            strategy,
-            machine: self.machine.options(),
-            driver_arithmetic: self.arithmetic == Arithmetic::Driver,
-            ..TracerOptions::default()
-        };
         let mut bencher: Box<dyn Bencher> = match gpu {
             Some(gpu) => {
-                let bencher = GpuBench::new(gpu, (bvh, tables), frame, &options)?;
+                let bencher = GpuBench::new(gpu, (bvh, tables), frame, options)?;
                 report.kernels.extend(bencher.kernels()?);
                 Box::new(bencher)
             }
-            None => Box::new(TwinBench::new((bvh, tables), frame, &options)?),
+            None => Box::new(TwinBench::new((bvh, tables), frame, options)?),
         };
         for &kind in &self.rays {
             let rays = bencher.rays(kind)?;
-            let (outcome, traced) = measure(bencher.as_mut(), &options, kind, &rays, self.runs)?;
+            let (outcome, traced) = measure(bencher.as_mut(), options, kind, &rays, self.runs)?;
             if let Some(path) = &self.step_trace {
                 let rays_wanted = sample(rays.len() as u64, self.trace_rays.unwrap_or(u64::MAX));
                 bencher.record(kind, &rays, rays_wanted)?.write(path)?;
@@ -221,6 +218,19 @@ impl Bench {
         }
     }
 
+    /// Each strategy with each format of nodes.
+    fn tracings(&self) -> Vec<TracerOptions> {
+        let strategies = self.strategy.iter().flat_map(|choice| choice.strategies());
+        let with = |strategy: Strategy, nodes: NodeFormat| TracerOptions {
+            strategy,
+            nodes,
+            machine: self.machine.options(),
+            driver_arithmetic: self.arithmetic == Arithmetic::Driver,
+            ..TracerOptions::default()
+        };
+        strategies.flat_map(|&strategy| self.nodes.iter().map(move |&nodes| with(strategy, nodes))).collect()
+    }
+
     fn settings(&self, ao_radius: f32) -> Settings {
         Settings { width: self.width, height: self.height, seed: self.seed, ao_radius, ..Settings::default() }
     }
@@ -231,15 +241,15 @@ impl Bench {
         if !(1..=10_000).contains(&self.runs) {
             return Err(Error::usage(format!("--runs {}", self.runs), "allowed are 1 to 10000"));
         }
-        self.machine.options().check()?;
+        let tracings = self.tracings();
+        tracings.iter().try_for_each(TracerOptions::check)?;
         if self.dump_rays.is_some() && self.rays.len() != 1 {
             return Err(Error::usage("--dump-rays with several kinds of rays", "name one with --rays"));
         }
-        let strategies = self.strategy.iter().map(|choice| choice.strategies().len()).sum::<usize>();
-        if self.step_trace.is_some() && (self.rays.len(), strategies) != (1, 1) {
+        if self.step_trace.is_some() && (self.rays.len(), tracings.len()) != (1, 1) {
             return Err(Error::usage(
-                "--step-trace with several kinds of rays or strategies",
-                "name one of each with --rays and --strategy",
+                "--step-trace with several kinds of rays, strategies or formats of nodes",
+                "name one of each with --rays, --strategy and --nodes",
             ));
         }
         if self.trace_rays == Some(0) {

@@ -26,7 +26,7 @@ use crate::report::render::{Report, named};
 use crate::report::scene::SceneSummary;
 use crate::report::tracing::Tracing;
 use crate::scene::{Camera, select_camera};
-use crate::trace::{Strategy, TracerOptions};
+use crate::trace::{NodeFormat, Strategy, TracerOptions};
 use crate::vulkan::Gpu;
 use crate::{Error, Result};
 
@@ -44,6 +44,9 @@ pub struct Render {
     strategy: Strategy,
     #[command(flatten)]
     machine: MachineArguments,
+    /// How nodes are stored; the picture is the same. Quantised ones are for strategy direct
+    #[arg(long, value_enum, default_value_t)]
+    nodes: NodeFormat,
     /// The OpenEXR file to write
     #[arg(short, long, value_name = "FILE", default_value = "caribou.exr")]
     output: PathBuf,
@@ -129,7 +132,7 @@ impl Render {
     /// Refuses what cannot be done before any work.
     fn check(&self) -> Result<Wanted> {
         self.settings(1.0).check()?;
-        self.machine.options().check()?;
+        self.tracing().check()?;
         let mut aovs = self.aov.as_deref().map_or(Ok(Vec::new()), Aov::parse_list)?;
         let preview = match self.preview_aov.as_deref().map(Aov::from_str).transpose()? {
             Some(aov) => Preview::Aov(aov),
@@ -166,7 +169,12 @@ impl Render {
     }
 
     fn tracing(&self) -> TracerOptions {
-        TracerOptions { strategy: self.strategy, machine: self.machine.options(), ..TracerOptions::default() }
+        TracerOptions {
+            strategy: self.strategy,
+            machine: self.machine.options(),
+            nodes: self.nodes,
+            ..TracerOptions::default()
+        }
     }
 
     fn render(

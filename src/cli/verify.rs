@@ -11,8 +11,8 @@ use crate::render::picture::{Request, picture};
 use crate::render::settings::Settings;
 use crate::report::verify::{verify_rays, verify_virtual_l1s};
 use crate::scene::select_camera;
+use crate::trace::TracerOptions;
 use crate::trace::verify::{Verdict, verify_arithmetic};
-use crate::trace::{Strategy, TracerOptions};
 use crate::vulkan::Gpu;
 use crate::{Error, Result};
 
@@ -70,20 +70,12 @@ impl Verify {
         verdicts.extend(verify_rays(gpu, bvh, tables, settings.frame(&camera))?);
         verdicts.extend(verify_virtual_l1s(gpu, bvh, tables, settings.frame(&camera))?);
         let features = Features::of(&prepared.scene, None);
-        let request = |strategy| Request {
-            bvh,
-            tables,
-            camera: &camera,
-            settings,
-            features,
-            aovs: true,
-            tracing: TracerOptions { strategy, ..TracerOptions::default() },
-        };
-        for strategy in Strategy::ALL {
-            let [device, twin] = [Some(gpu), None].map(|gpu| picture(gpu, &request(strategy), &mut |_| {}));
+        let request = |tracing| Request { bvh, tables, camera: &camera, settings, features, aovs: true, tracing };
+        for options in TracerOptions::all() {
+            let [device, twin] = [Some(gpu), None].map(|gpu| picture(gpu, &request(options), &mut |_| {}));
             let (device, twin) = (device?, twin?);
             verdicts.push(Verdict {
-                what: format!("{} pictures", strategy.name()),
+                what: format!("{} pictures", options.name()),
                 cases: u64::from(self.width) * u64::from(self.height),
                 mismatches: device.film.differing_pixels(&twin.film),
                 digest: None,

@@ -12,7 +12,10 @@ use super::statistics::Median;
 use crate::{Error, Result};
 
 /// What tells rows of one report apart, and names them.
-const KEYS: [&str; 7] = ["strategy", "partition", "owners", "sms", "warps_per_sm", "hardware_sms", "rays"];
+const KEYS: [&str; 8] = ["strategy", "nodes", "partition", "owners", "sms", "warps_per_sm", "hardware_sms", "rays"];
+
+/// Format of nodes that goes without saying.
+const FULL_NODES: &str = "full";
 
 /// What must repeat exactly, on every machine.
 const EXACT: [&str; 6] = ["ray_count", "hits", "hits_digest", "counters", "warps", "migration"];
@@ -227,7 +230,8 @@ fn rows(report: &Value) -> &[Value] {
 
 /// `migrate/bytes:64KiB/.../primary`.
 fn key(row: &Value) -> String {
-    let parts = KEYS.iter().map(|name| &row[name]).filter(|part| !part.is_null());
+    // The format of nodes was not always written, and was full then.
+    let parts = KEYS.iter().map(|name| &row[name]).filter(|part| !part.is_null() && *part != FULL_NODES);
     parts.map(|part| part.as_str().map_or(part.to_string(), str::to_owned)).collect::<Vec<_>>().join("/")
 }
 

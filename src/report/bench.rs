@@ -159,7 +159,7 @@ impl Bench for TwinBench<'_> {
     }
 
     fn record(&mut self, kind: RayKind, rays: &[Ray], which: Vec<u64>) -> Result<StepSample> {
-        Ok(StepSample::by_twin(self.bvh, kind.query(), rays, which))
+        Ok(self.tracer.record(kind.query(), rays, which))
     }
 
     fn time(&mut self, kind: RayKind, rays: &[Ray], runs: usize) -> Result<(Vec<f64>, Vec<f64>)> {

@@ -13,8 +13,8 @@ pub fn table(report: &Report) -> String {
     let mut text = format!("{}: {} triangles, {width} x {height}, {}\n\n", scene.name, scene.triangles, machine.device);
     let _ = writeln!(
         text,
-        "{:<10} {:<8} {:>10} {:>10} {:>22} {:>10} {:>10} {:>6}  hits digest",
-        "strategy", "rays", "count", "hits", "Mrays/s (95 %)", "nodes/ray", "tests/ray", "SIMD"
+        "{:<10} {:<9} {:<8} {:>10} {:>10} {:>22} {:>10} {:>10} {:>6}  hits digest",
+        "strategy", "nodes", "rays", "count", "hits", "Mrays/s (95 %)", "nodes/ray", "tests/ray", "SIMD"
     );
     for r in &report.results {
         let each = |sum: u64| sum as f64 / r.ray_count.max(1) as f64;

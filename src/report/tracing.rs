@@ -3,13 +3,17 @@
 use serde::Serialize;
 
 use crate::bvh::Owners;
-use crate::trace::{Strategy, TracerOptions};
+use crate::trace::{NodeFormat, Strategy, TracerOptions};
 
 /// The strategy and, where it has one, the machine that it was laid out for.
 #[derive(Clone, Debug, Serialize)]
 pub struct Tracing {
     /// The strategy.
     pub strategy: Strategy,
+    /// How nodes are stored.
+    pub nodes: NodeFormat,
+    /// Bytes of a node.
+    pub node_bytes: usize,
     /// Where the tree is cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub partition: Option<String>,
@@ -35,6 +39,8 @@ impl Tracing {
         let cut = options.strategy == Strategy::Migrate;
         Tracing {
             strategy: options.strategy,
+            nodes: options.nodes,
+            node_bytes: options.nodes.node_bytes(),
             partition: cut.then(|| machine.partition.to_string()),
             owners: cut.then_some(machine.owners),
             sms: laid_out.then_some(machine.sms),

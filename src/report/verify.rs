@@ -12,22 +12,21 @@ use crate::trace::digest::hits_digest;
 use crate::trace::steps::record_steps;
 use crate::trace::verify::Verdict;
 use crate::trace::virtual_l1::{VirtualSms, virtual_l1};
-use crate::trace::{Query, Strategy, TracerOptions};
+use crate::trace::{Query, TracerOptions};
 use crate::vulkan::Gpu;
 
-/// Rays, hits (prim, t, u, v) and counters of every kind of ray and strategy on the device and on the twin.
+/// Rays, hits (prim, t, u, v) and counters of every kind of ray, strategy and format of nodes on the device and on the twin.
 ///
 /// # Errors
 /// [`crate::Error::Device`] if the device fails.
 pub fn verify_rays(gpu: &Gpu, bvh: &Bvh, tables: &Tables, frame: Frame) -> Result<Vec<Verdict>> {
     let mut verdicts = Vec::new();
-    for strategy in Strategy::ALL {
-        let options = TracerOptions { strategy, ..TracerOptions::default() };
+    for options in TracerOptions::all() {
         let mut device = GpuBench::new(gpu, (bvh, tables), frame, &options)?;
         let mut twin = TwinBench::new((bvh, tables), frame, &options)?;
         for kind in RayKind::ALL {
             let rays = twin.rays(kind)?;
-            let name = format!("{} {}", strategy.name(), kind.name());
+            let name = format!("{} {}", options.name(), kind.name());
             let verdict = |what: &str, mismatches, digest| Verdict {
                 what: format!("{name} {what}"),
                 cases: rays.len() as u64,

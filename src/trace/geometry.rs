@@ -1,7 +1,8 @@
 //! The BVH on the device.
 
+use super::options::NodeFormat;
 use crate::Result;
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, QuantisedBvh};
 use crate::vulkan::{Buffer, Gpu};
 
 /// Nodes and triangles in device memory; see `geometry.glsl` for how kernels reach them.
@@ -15,13 +16,17 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Uploads `bvh`.
+    /// Uploads `bvh` with its nodes in a format.
     ///
     /// # Errors
     /// [`crate::Error::Device`] if it does not fit the device.
-    pub fn upload(gpu: &Gpu, bvh: &Bvh) -> Result<Geometry> {
+    pub fn upload(gpu: &Gpu, bvh: &Bvh, nodes: NodeFormat) -> Result<Geometry> {
+        let nodes = match nodes {
+            NodeFormat::Full => gpu.upload("nodes", &bvh.nodes),
+            NodeFormat::Quantised => gpu.upload("quantised nodes", &QuantisedBvh::new(bvh).nodes),
+        };
         Ok(Geometry {
-            nodes: gpu.upload("nodes", &bvh.nodes)?,
+            nodes: nodes?,
             triangles: gpu.upload("triangles", &bvh.triangles)?,
             bounds: [bvh.bounds.0.into(), bvh.bounds.1.into()],
         })

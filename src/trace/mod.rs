@@ -20,7 +20,7 @@ pub use crate::layout::{Hit, Ray, RayCounters};
 pub use accounting::{MigrationReport, Totals};
 pub use geometry::Geometry;
 pub use migrator::QUOTA;
-pub use options::{MachineOptions, Query, Strategy, TracerOptions};
+pub use options::{MachineOptions, NodeFormat, Query, Strategy, TracerOptions};
 pub use step_sample::StepSample;
 pub use steps::StepTrace;
 pub use stream::Stream;

@@ -2,6 +2,7 @@
 
 use crate::bvh::partition::MAX_SMS;
 use crate::bvh::{Owners, Policy};
+use crate::layout::{Node, QuantisedNode};
 use crate::shared::WARP;
 use crate::vulkan::DeviceInfo;
 use crate::{Error, Result};
@@ -113,6 +114,35 @@ fn in_range(option: &str, value: u32, most: u32) -> Result<()> {
     Err(Error::usage(format!("{option} is {value}"), format!("give a number from 1 to {most}")))
 }
 
+/// How nodes are stored. Hits are the same with all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NodeFormat {
+    /// Boxes as floats, 64 bytes a node.
+    #[default]
+    Full,
+    /// Boxes in 8 bits a plane, 32 bytes a node; for strategy direct.
+    Quantised,
+}
+
+impl NodeFormat {
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            NodeFormat::Full => "full",
+            NodeFormat::Quantised => "quantised",
+        }
+    }
+
+    /// Bytes of a node.
+    pub fn node_bytes(self) -> usize {
+        match self {
+            NodeFormat::Full => size_of::<Node>(),
+            NodeFormat::Quantised => size_of::<QuantisedNode>(),
+        }
+    }
+}
+
 /// How to trace.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TracerOptions {
@@ -120,6 +150,8 @@ pub struct TracerOptions {
     pub strategy: Strategy,
     /// What the strategies other than `direct` are laid out for.
     pub machine: MachineOptions,
+    /// How nodes are stored.
+    pub nodes: NodeFormat,
     /// Take the driver's reciprocal as it is, exact or not: what bit identity costs, for benchmarks.
     pub driver_arithmetic: bool,
     /// Stop each invocation after so many steps and go on in another dispatch. Set by itself where the driver
@@ -127,4 +159,35 @@ pub struct TracerOptions {
     pub step_limit: Option<u32>,
     /// Use the kernels for GPUs on software drivers too: lets tests run both there.
     pub gpu_kernels: bool,
+}
+
+impl TracerOptions {
+    /// Each strategy with each format of nodes that it reads, all else by default.
+    pub fn all() -> impl Iterator<Item = TracerOptions> {
+        let with = |strategy, nodes| TracerOptions { strategy, nodes, ..TracerOptions::default() };
+        let formats = [NodeFormat::Full, NodeFormat::Quantised];
+        let every = formats.into_iter().flat_map(move |nodes| Strategy::ALL.map(|strategy| with(strategy, nodes)));
+        every.filter(|options| options.check().is_ok())
+    }
+
+    /// The strategy, and the format of nodes if it is not the usual.
+    pub fn name(&self) -> String {
+        match self.nodes {
+            NodeFormat::Full => self.strategy.name().to_owned(),
+            NodeFormat::Quantised => format!("{} {}", self.strategy.name(), self.nodes.name()),
+        }
+    }
+
+    /// Refuses numbers that no machine has, and nodes that the strategy cannot read.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that names what is possible.
+    pub fn check(&self) -> Result<()> {
+        self.machine.check()?;
+        if self.nodes == NodeFormat::Quantised && self.strategy != Strategy::Direct {
+            let what = format!("strategy {} does not read quantised nodes", self.strategy.name());
+            return Err(Error::usage(what, "use --strategy direct or --nodes full"));
+        }
+        Ok(())
+    }
 }

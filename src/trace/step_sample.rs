@@ -12,8 +12,8 @@ use super::steps::{StepTrace, record_steps};
 use super::stream::Stream;
 use super::tracer::{RayBuffers, StepBuffers, Tracer};
 use crate::atomic_file::write_atomically;
-use crate::bvh::Bvh;
 use crate::layout::{Hit, Ray, RayCounters};
+use crate::twin::traverse::Tree;
 use crate::vulkan::{Gpu, Place};
 use crate::{Error, Result};
 
@@ -35,9 +35,9 @@ pub fn sample(rays: u64, count: u64) -> Vec<u64> {
 
 impl StepSample {
     /// Records the rays `which` of a batch on the twin.
-    pub fn by_twin(bvh: &Bvh, query: Query, rays: &[Ray], which: Vec<u64>) -> StepSample {
+    pub fn by_twin(tree: &impl Tree, query: Query, rays: &[Ray], which: Vec<u64>) -> StepSample {
         let chosen: Vec<Ray> = which.iter().map(|&ray| rays[ray as usize]).collect();
-        StepSample { rays: which, trace: record_steps(bvh, &chosen, query).1 }
+        StepSample { rays: which, trace: record_steps(tree, &chosen, query).1 }
     }
 
     /// Records the rays `which` of a batch by the kernels of `tracer`: traced once to count steps, and once

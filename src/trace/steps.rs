@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use crate::bvh::Bvh;
 use crate::layout::{Hit, Ray, RayCounters};
 use crate::trace::Query;
 use crate::twin::trace::trace_ray;
+use crate::twin::traverse::Tree;
 
 /// Rays of one task.
 const CHUNK: usize = 1024;
@@ -65,12 +65,12 @@ impl StepTrace {
 }
 
 /// Steps of the twin's traversal, and the hits it found. All strategies take the same steps.
-pub fn record_steps(bvh: &Bvh, rays: &[Ray], query: Query) -> (Vec<Hit>, StepTrace) {
+pub fn record_steps(tree: &impl Tree, rays: &[Ray], query: Query) -> (Vec<Hit>, StepTrace) {
     StepTrace::record(rays, |ray, steps| {
         let mut counters = RayCounters::default();
         match query {
-            Query::Closest => trace_ray::<false, _>(bvh, ray, &mut counters, steps),
-            Query::Any => trace_ray::<true, _>(bvh, ray, &mut counters, steps),
+            Query::Closest => trace_ray::<false, _>(tree, ray, &mut counters, steps),
+            Query::Any => trace_ray::<true, _>(tree, ray, &mut counters, steps),
         }
     })
 }
@@ -78,6 +78,7 @@ pub fn record_steps(bvh: &Bvh, rays: &[Ray], query: Query) -> (Vec<Hit>, StepTra
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::Bvh;
     use crate::scene::procedural;
     use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT, STEP_PUSHED};
     use crate::twin::trace::{trace_any, trace_closest};

@@ -3,7 +3,7 @@
 use super::accounting::MigrationReport;
 use super::geometry::Geometry;
 use super::migrator::{MigrationKernels, Migrator, QUOTA};
-use super::options::{Query, Strategy, TracerOptions};
+use super::options::{NodeFormat, Query, Strategy, TracerOptions};
 use super::stream::Stream;
 use super::whole_tree::WholeTree;
 use crate::Result;
@@ -71,6 +71,7 @@ impl<'b> RayBuffers<'b> {
 /// The trace kernels, ready for one scene.
 pub struct Tracer {
     geometry: Geometry,
+    nodes: NodeFormat,
     spec: Vec<(u32, u32)>,
     /// Use the kernels for the lanes of software drivers; see `geometry.glsl` and `traverse.glsl`.
     cpu_lanes: bool,
@@ -110,8 +111,8 @@ impl Tracer {
         let exact_reciprocal = gpu.probe().exact_reciprocal || options.driver_arithmetic;
         let mut spec = exactness(&Probe { exact_reciprocal, ..*gpu.probe() }).to_vec();
         spec.push((SPEC_STEP_LIMIT, step_limit.unwrap_or(0)));
+        options.check()?;
         let machine = &options.machine;
-        machine.check()?;
         let most_rays = most_rays.max(1);
         let whole_tree = |invocations| WholeTree::new(gpu, invocations, step_limit.is_some(), most_rays);
         let plan = match options.strategy {
@@ -119,11 +120,12 @@ impl Tracer {
             Strategy::Persistent => Plan::Persistent(whole_tree(Some(machine.invocations()))?),
             Strategy::Migrate => Plan::Migrate(Box::new(Migrator::new(gpu, bvh, machine, most_rays)?)),
         };
-        let geometry = Geometry::upload(gpu, bvh)?;
+        let geometry = Geometry::upload(gpu, bvh, options.nodes)?;
         let fits = geometry.nodes.bytes().max(geometry.triangles.bytes()) <= gpu.info().limits.texel_buffer_range;
         Ok(Tracer {
             cpu_lanes: gpu.info().kind == DeviceKind::Cpu && fits && !options.gpu_kernels,
             geometry,
+            nodes: options.nodes,
             spec,
             plan,
             workgroup: machine.warps_per_sm * WARP,
@@ -146,7 +148,10 @@ impl Tracer {
         let mut spec = [&self.spec[..], &own].concat();
         let lanes = |gpu: Kernel, cpu: Kernel| if self.cpu_lanes { cpu } else { gpu };
         let kernels: &[Kernel] = match &self.plan {
-            Plan::Direct(_) => &[lanes(Kernel::Direct, Kernel::DirectCpu)],
+            Plan::Direct(_) => match self.nodes {
+                NodeFormat::Full => &[lanes(Kernel::Direct, Kernel::DirectCpu)],
+                NodeFormat::Quantised => &[lanes(Kernel::DirectQuantised, Kernel::DirectQuantisedCpu)],
+            },
             Plan::Persistent(_) => &[lanes(Kernel::Persistent, Kernel::PersistentCpu)],
             Plan::Migrate(_) => {
                 spec.push((SPEC_WORKGROUP, self.workgroup));

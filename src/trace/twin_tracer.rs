@@ -2,20 +2,29 @@
 
 use super::accounting::{Account, MigrationReport};
 use super::migrator::QUOTA;
-use super::options::{Query, Strategy, TracerOptions};
+use super::options::{NodeFormat, Query, Strategy, TracerOptions};
+use super::step_sample::StepSample;
 use crate::Result;
-use crate::bvh::{Bvh, Partition};
+use crate::bvh::{Bvh, Partition, QuantisedBvh};
 use crate::layout::{Hit, Ray, RayCounters, Round, Visit};
 use crate::shared::LINK_DONE;
 use crate::twin::migrate::{Machine, Migration};
 use crate::twin::trace::{trace_any, trace_closest};
+use crate::twin::traverse::Tree;
 
 /// The twins, ready for one scene.
 pub struct TwinTracer<'a> {
     bvh: &'a Bvh,
-    /// The partition and warps of an SM of strategy `migrate`.
-    machine: Option<(Partition, u32)>,
+    plan: Plan<'a>,
     quota: u32,
+}
+
+/// What a strategy goes by.
+enum Plan<'a> {
+    Full,
+    Quantised(QuantisedBvh<'a>),
+    /// The partition and warps of an SM.
+    Migrate(Partition, u32),
 }
 
 /// What became of a batch of rays.
@@ -34,15 +43,17 @@ impl<'a> TwinTracer<'a> {
     /// # Errors
     /// [`crate::Error::Usage`] for options out of range.
     pub fn new(bvh: &'a Bvh, options: &TracerOptions) -> Result<TwinTracer<'a>> {
+        options.check()?;
         let machine = &options.machine;
-        machine.check()?;
-        let machine = match options.strategy {
-            Strategy::Migrate => {
-                Some((Partition::new(bvh, machine.partition, machine.owners, machine.sms)?, machine.warps_per_sm))
+        let plan = match (options.strategy, options.nodes) {
+            (Strategy::Migrate, _) => {
+                let partition = Partition::new(bvh, machine.partition, machine.owners, machine.sms)?;
+                Plan::Migrate(partition, machine.warps_per_sm)
             }
-            Strategy::Direct | Strategy::Persistent => None,
+            (_, NodeFormat::Quantised) => Plan::Quantised(QuantisedBvh::new(bvh)),
+            (_, NodeFormat::Full) => Plan::Full,
         };
-        Ok(TwinTracer { bvh, machine, quota: options.step_limit.unwrap_or(QUOTA) })
+        Ok(TwinTracer { bvh, plan, quota: options.step_limit.unwrap_or(QUOTA) })
     }
 
     /// Traces `rays` to the end.
@@ -50,10 +61,18 @@ impl<'a> TwinTracer<'a> {
     /// # Errors
     /// [`crate::Error::Check`] if rays were lost or doubled.
     pub fn trace(&self, query: Query, rays: &[Ray]) -> Result<Traced> {
-        match (&self.machine, query) {
-            (Some((partition, warps)), _) => self.migrate(partition, *warps, query, rays),
-            (None, Query::Closest) => Ok(whole(trace_closest(self.bvh, rays))),
-            (None, Query::Any) => Ok(whole(trace_any(self.bvh, rays))),
+        match &self.plan {
+            Plan::Full => Ok(whole(self.bvh, query, rays)),
+            Plan::Quantised(tree) => Ok(whole(tree, query, rays)),
+            Plan::Migrate(partition, warps) => self.migrate(partition, *warps, query, rays),
+        }
+    }
+
+    /// Records the steps of the rays `which`; those of strategy `migrate` are those of the whole tree.
+    pub fn record(&self, query: Query, rays: &[Ray], which: Vec<u64>) -> StepSample {
+        match &self.plan {
+            Plan::Quantised(tree) => StepSample::by_twin(tree, query, rays, which),
+            Plan::Full | Plan::Migrate(..) => StepSample::by_twin(self.bvh, query, rays, which),
         }
     }
 
@@ -77,7 +96,11 @@ impl<'a> TwinTracer<'a> {
     }
 }
 
-fn whole((hits, counters): (Vec<Hit>, Vec<RayCounters>)) -> Traced {
+fn whole(tree: &impl Tree, query: Query, rays: &[Ray]) -> Traced {
+    let (hits, counters) = match query {
+        Query::Closest => trace_closest(tree, rays),
+        Query::Any => trace_any(tree, rays),
+    };
     Traced { hits, counters, migration: None }
 }
 

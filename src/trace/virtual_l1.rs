@@ -2,7 +2,7 @@
 //! coalescing and replacement that shares nothing with a replay of step traces but what it is to find.
 
 use super::geometry::{Geometry, address};
-use super::options::Query;
+use super::options::{NodeFormat, Query};
 use super::stream::Stream;
 use super::tracer::exactness;
 use crate::bvh::Bvh;
@@ -70,7 +70,7 @@ pub fn virtual_l1(
     assert!(warps <= VIRTUAL_WARPS && ways <= WARP && sets * ways <= VIRTUAL_LINES, "{machine:?}");
     let slots = sms * warps;
     let threads = u64::from(slots * WARP);
-    let geometry = Geometry::upload(gpu, bvh)?;
+    let geometry = Geometry::upload(gpu, bvh, NodeFormat::Full)?;
     let first_warps: Vec<WarpSlot> = (0..slots).map(|warp| WarpSlot { warp, phase: 0 }).collect();
     let slot_buffer = gpu.upload("warps of virtual SMs", &first_warps)?;
     let counts = gpu.upload("counts of virtual L1s", &vec![AccessCounts::default(); (sms * ACCESS_KINDS) as usize])?;

@@ -138,12 +138,11 @@ impl<'a, S: StepSink> Migration<'a, S> {
             let subtree = &partition.subtrees[travel.subtree as usize];
             counted.subtrees += u32::from(travel.link == subtree.root);
             let mut trail = Trail::from_words(travel.trail);
-            let mut cursor = cursor_of_trail(&bvh.nodes, subtree.level, travel.link, trail);
+            let mut cursor = cursor_of_trail(&bvh.nodes, (subtree.root, subtree.level), travel.link, trail);
             trail = trail.above(subtree.level);
-            let tree = (&bvh.nodes[..], &bvh.triangles[..]);
-            traverse::<ANY_HIT, S>(tree, &ray, &mut cursor, &mut hit, &mut counted, &mut sink, (steps, quota));
+            traverse::<ANY_HIT, S>(bvh, &ray, &mut cursor, &mut hit, &mut counted, &mut sink, (steps, quota));
             if cursor.link != LINK_DONE {
-                travel.trail = trail_of_stack(&bvh.nodes, subtree.root, &cursor, trail).words();
+                travel.trail = trail_of_stack(&bvh.nodes, (subtree.root, subtree.level), &cursor, trail).words();
                 travel.link = cursor.link;
                 counted.suspensions += 1;
                 break;

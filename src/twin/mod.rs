@@ -9,6 +9,7 @@ pub mod generate;
 pub mod light;
 pub mod material;
 pub mod migrate;
+pub mod quantised;
 pub mod random;
 pub mod resolve;
 pub mod sampling;

@@ -1,6 +1,6 @@
 //! Twin of `trail.glsl`: a traversal stack as 64 bits.
 
-use super::traverse::Cursor;
+use super::traverse::{Cursor, is_node};
 use crate::layout::Node;
 
 /// Bit L is set where the other child of the ancestor at level L is still to be visited.
@@ -44,35 +44,40 @@ pub fn other_child(node: &Node, link: u32) -> u32 {
     node.child[usize::from(node.child[0] == link)]
 }
 
+/// The child of a node below which, or at which, the node `link` is: what is below the second child comes last.
+fn child_towards(node: &Node, link: u32) -> u32 {
+    let [first, second] = node.child;
+    if is_node(second) && link >= second { second } else { first }
+}
+
 /// `trail` and what is on the stack of a ray that stands at a node in the tree below `root`.
-pub fn trail_of_stack(nodes: &[Node], root: u32, cursor: &Cursor, mut trail: Trail) -> Trail {
-    let (mut link, mut depth) = (cursor.link, cursor.depth);
-    while depth > 0 && link != root {
-        let parent = nodes[link as usize].parent;
-        let above = &nodes[parent as usize];
-        if cursor.stack[depth - 1] == other_child(above, link) {
-            trail.put(above.level);
-            depth -= 1;
+pub fn trail_of_stack(nodes: &[Node], (root, root_level): (u32, u32), cursor: &Cursor, mut trail: Trail) -> Trail {
+    let (mut at, mut level, mut noted) = (root, root_level, 0);
+    while noted < cursor.depth && at != cursor.link {
+        let node = &nodes[at as usize];
+        at = child_towards(node, cursor.link);
+        if cursor.stack[noted] == other_child(node, at) {
+            trail.put(level);
+            noted += 1;
         }
-        link = parent;
+        level += 1;
     }
     trail
 }
 
 /// The way back: fills the stack with what is pending from `root_level` down.
-pub fn cursor_of_trail(nodes: &[Node], root_level: u32, link: u32, trail: Trail) -> Cursor {
+pub fn cursor_of_trail(nodes: &[Node], (root, root_level): (u32, u32), link: u32, trail: Trail) -> Cursor {
     let mut cursor = Cursor::at(link);
-    let mut depth = (trail.0 ^ trail.above(root_level).0).count_ones() as usize;
-    cursor.depth = depth;
-    let mut link = link;
-    while depth > 0 {
-        let parent = nodes[link as usize].parent;
-        let above = &nodes[parent as usize];
-        if trail.0 >> above.level & 1 != 0 {
-            depth -= 1;
-            cursor.stack[depth] = other_child(above, link);
+    let depth = (trail.0 ^ trail.above(root_level).0).count_ones() as usize;
+    let (mut at, mut level) = (root, root_level);
+    while cursor.depth < depth {
+        let node = &nodes[at as usize];
+        at = child_towards(node, link);
+        if trail.0 >> level & 1 != 0 {
+            cursor.stack[cursor.depth] = other_child(node, at);
+            cursor.depth += 1;
         }
-        link = parent;
+        level += 1;
     }
     cursor
 }
@@ -103,9 +108,9 @@ mod tests {
                         cursor.depth += 1;
                     }
                 }
-                let trail = trail_of_stack(&bvh.nodes, 0, &cursor, Trail::default());
+                let trail = trail_of_stack(&bvh.nodes, (0, 0), &cursor, Trail::default());
                 assert_eq!(trail.0, mask & ((1 << bvh.nodes[node as usize].level) - 1));
-                let back = cursor_of_trail(&bvh.nodes, 0, node, Trail::from_words(trail.words()));
+                let back = cursor_of_trail(&bvh.nodes, (0, 0), node, Trail::from_words(trail.words()));
                 assert_eq!((back.depth, back.stack), (cursor.depth, cursor.stack));
             }
         }

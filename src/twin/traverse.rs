@@ -1,7 +1,11 @@
 //! Twin of `traverse.glsl` and `steps.glsl`: while-while traversal, nearest child first.
 
+use glam::Vec3;
+
 use super::box_test::{BoxRay, node_spans};
+use super::quantised::decode_node;
 use super::triangle::{Shear, intersect};
+use crate::bvh::{Bvh, QuantisedBvh};
 use crate::layout::{Hit, Node, Ray, RayCounters, Triangle};
 use crate::shared::*;
 
@@ -78,6 +82,50 @@ impl StepSink for Vec<u32> {
     }
 }
 
+/// What is traversed: nodes in one format or another, and triangles.
+pub trait Tree: Sync {
+    /// The node at `index`.
+    fn node(&self, index: u32) -> Node;
+    /// Triangles in traversal order.
+    fn triangles(&self) -> &[Triangle];
+    /// Low and high corner of the scene.
+    fn bounds(&self) -> (Vec3, Vec3);
+}
+
+impl Tree for Bvh {
+    #[inline(always)]
+    fn node(&self, index: u32) -> Node {
+        self.nodes[index as usize]
+    }
+
+    #[inline(always)]
+    fn triangles(&self) -> &[Triangle] {
+        &self.triangles
+    }
+
+    #[inline(always)]
+    fn bounds(&self) -> (Vec3, Vec3) {
+        self.bounds
+    }
+}
+
+impl Tree for QuantisedBvh<'_> {
+    #[inline(always)]
+    fn node(&self, index: u32) -> Node {
+        decode_node(index, &self.nodes[index as usize])
+    }
+
+    #[inline(always)]
+    fn triangles(&self) -> &[Triangle] {
+        &self.bvh.triangles
+    }
+
+    #[inline(always)]
+    fn bounds(&self) -> (Vec3, Vec3) {
+        self.bvh.bounds
+    }
+}
+
 /// A ray, prepared for tests.
 pub struct PreparedRay<'a> {
     /// The ray.
@@ -112,7 +160,7 @@ pub fn met_children(node: &Node, ray: &PreparedRay, t: f32) -> (u32, u32) {
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "the kernel's own")]
 pub fn traverse<const ANY_HIT: bool, S: StepSink>(
-    (nodes, triangles): (&[Node], &[Triangle]),
+    tree: &impl Tree,
     ray: &PreparedRay,
     cursor: &mut Cursor,
     hit: &mut Hit,
@@ -124,7 +172,7 @@ pub fn traverse<const ANY_HIT: bool, S: StepSink>(
         while is_node(cursor.link) && *steps < limit {
             *steps += 1;
             counters.node_visits += u32::from(S::COUNTS);
-            let (near, far) = met_children(&nodes[cursor.link as usize], ray, hit.t);
+            let (near, far) = met_children(&tree.node(cursor.link), ray, hit.t);
             if far != LINK_DONE {
                 sink.step(cursor.link | STEP_PUSHED);
                 counters.stack_operations += u32::from(S::COUNTS);
@@ -146,7 +194,7 @@ pub fn traverse<const ANY_HIT: bool, S: StepSink>(
             counters.triangle_tests += count as u32;
         }
         *steps += (count as u32).max(1);
-        for triangle in &triangles[first..first + count] {
+        for triangle in &tree.triangles()[first..first + count] {
             intersect(ray.ray, &ray.box_ray, &ray.shear, triangle, hit);
         }
         cursor.link = if ANY_HIT && hit.prim != NO_HIT { LINK_DONE } else { cursor.pop::<S>(counters) };

@@ -60,6 +60,8 @@ kernels! {
     VerifyExact:     "verify_exact",      2,       0,      8,          256;
     Direct:          "direct",            7,       0,      52,         32;
     DirectCpu:       "direct_cpu",        7,       2,      52,         32;
+    DirectQuantised: "direct_quantised",  7,  0,      52,         32;
+    DirectQuantisedCpu: "direct_quantised_cpu", 7, 2, 52,         32;
     Persistent:      "persistent",        7,       0,      52,         32;
     PersistentCpu:   "persistent_cpu",    7,       0,      52,         32;
     Schedule:        "schedule",          8,       0,      116,        32;
