@@ -12,7 +12,9 @@ use crate::fermi::plan::Grouping;
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
 use crate::render::rays::{Batch, RayKind, twin_batch};
 use crate::render::settings::Settings;
-use crate::report::experiment::{self, Migrate, Recorded};
+use crate::report::chart::Format;
+use crate::report::experiment::{self, Migrate, Recording};
+use crate::report::sweep::Sweep;
 use crate::report::{model, reference};
 use crate::trace::Strategy;
 use crate::trace::exchange::{read_rays, read_tree, record_reference};
@@ -82,6 +84,12 @@ pub struct Model {
     /// those of strategy migrate are schedule, subtree and queue
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
+    /// Predict at each value of a number: KEY=FIRST..LAST, KEY=FIRST..LAST:STEP or KEY=A,B,C, keys as of --set
+    #[arg(long, value_name = "KEY=RANGE", conflicts_with = "reference")]
+    sweep: Option<Sweep>,
+    /// The curves of a sweep as .svg, .png or .csv; may be given more than once
+    #[arg(short, long, value_name = "FILE", requires = "sweep")]
+    output: Vec<PathBuf>,
     /// Also write the result to a file, or to standard output with -
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -93,9 +101,10 @@ pub struct Model {
 impl Model {
     /// Predicts and prints.
     pub fn run(&self) -> Result<()> {
-        if let Some(path) = self.json.as_ref().filter(|path| path.as_os_str() != "-") {
+        for path in self.json.iter().filter(|path| path.as_os_str() != "-").chain(&self.output) {
             check_writable(path)?;
         }
+        self.output.iter().try_for_each(|path| Format::of("-o", path).map(drop))?;
         match (&self.reference, &self.cases) {
             (Some(reference), Some(cases)) => {
                 let runs = reference::read_runs(reference)?;
@@ -103,10 +112,33 @@ impl Model {
                 self.show(&rows, || reference::table(&rows))
             }
             _ => {
-                let prediction = self.predict()?;
-                self.show(&prediction, || model::table(&prediction))
+                let recording = self.record()?;
+                match &self.sweep {
+                    Some(sweep) => self.sweep(sweep, &recording),
+                    None => {
+                        let prediction = self.predict(&recording, &self.settings)?;
+                        self.show(&prediction, || model::table(&prediction))
+                    }
+                }
             }
         }
+    }
+
+    fn sweep(&self, sweep: &Sweep, recording: &Recording) -> Result<()> {
+        let steps = sweep.run(|setting| {
+            let settings = [&self.settings[..], &[setting]].concat();
+            self.predict(recording, &settings)
+        })?;
+        let charts = sweep.charts(&steps);
+        for path in &self.output {
+            Format::of("-o", path)?.write(path, &charts, 2)?;
+        }
+        self.show(&steps, || sweep.table(&steps))
+    }
+
+    fn predict(&self, recording: &Recording, settings: &[String]) -> Result<Prediction> {
+        let model = experiment::Model::new(&self.machine, &self.kernel, settings, self.fidelity)?;
+        model.predict(recording, self.strategy, &self.migrate())
     }
 
     fn migrate(&self) -> Migrate {
@@ -124,16 +156,13 @@ impl Model {
         output::print(&table())
     }
 
-    fn predict(&self) -> Result<Prediction> {
-        let model = experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
+    fn record(&self) -> Result<Recording> {
+        // What cannot be predicted is refused before anything is traced.
+        experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
         if let (Some(bvh), Some(rays)) = (&self.bvh, &self.ray_file) {
-            if self.strategy == Strategy::Migrate {
-                return Err(Error::usage("--strategy migrate with --bvh", "subtrees are cut in scenes: name one"));
-            }
             let tree = read_tree(bvh)?;
             let (_, trace) = record_reference(&tree, &read_rays(rays)?);
-            let recorded = Recorded { trace: &trace, children: &tree.children, triangles: tree.triangles.len() };
-            return model.whole(&recorded, self.strategy);
+            return Ok(Recording { trace, children: tree.children, triangles: tree.triangles.len(), bvh: None });
         }
         let prepared = self.scene.prepare(self.quiet)?;
         let camera = scene::select_camera(&prepared.scene, self.scene.camera.as_deref())?;
@@ -155,10 +184,6 @@ impl Model {
         }
         let (_, trace) = record_steps(&prepared.bvh, &rays, self.rays.query());
         let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
-        let recorded = Recorded { trace: &trace, children: &children, triangles: prepared.bvh.triangle_count };
-        match self.strategy {
-            Strategy::Migrate => model.migrated(&recorded, &prepared.bvh, &self.migrate()),
-            strategy => model.whole(&recorded, strategy),
-        }
+        Ok(Recording { trace, children, triangles: prepared.bvh.triangle_count, bvh: Some(prepared.bvh) })
     }
 }

@@ -22,6 +22,26 @@ pub struct Recorded<'a> {
     pub triangles: usize,
 }
 
+/// The same, with what it borrows.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// Steps of each ray.
+    pub trace: StepTrace,
+    /// Child links of each node.
+    pub children: Vec<[u32; 2]>,
+    /// Number of triangles.
+    pub triangles: usize,
+    /// The tree, where it is a scene's and can be cut.
+    pub bvh: Option<Bvh>,
+}
+
+impl Recording {
+    /// Borrowed.
+    pub fn recorded(&self) -> Recorded<'_> {
+        Recorded { trace: &self.trace, children: &self.children, triangles: self.triangles }
+    }
+}
+
 /// A machine and the kernels that it runs.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -80,6 +100,20 @@ impl Model {
             },
             fidelity,
         })
+    }
+
+    /// Any strategy.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] if a kernel does not fit the machine, or for `migrate` in a tree that cannot be cut.
+    pub fn predict(&self, recording: &Recording, strategy: Strategy, migrate: &Migrate) -> Result<Prediction> {
+        match (strategy, &recording.bvh) {
+            (Strategy::Migrate, Some(bvh)) => self.migrated(&recording.recorded(), bvh, migrate),
+            (Strategy::Migrate, None) => {
+                Err(Error::usage("--strategy migrate with --bvh", "subtrees are cut in scenes: name one"))
+            }
+            _ => self.whole(&recording.recorded(), strategy),
+        }
     }
 
     /// Strategies without subtrees.

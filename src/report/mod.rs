@@ -18,5 +18,6 @@ pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod statistics;
+pub mod sweep;
 pub mod tracing;
 pub mod verify;

@@ -42,7 +42,7 @@ const PARTITIONS: [Policy; 6] = [
 ];
 
 /// Secondary rays a hit.
-const PER_HIT: [u32; 3] = [1, 2, 8];
+const PER_HIT: [u32; 3] = [1, 3, 8];
 
 /// Each setting that the paper leaves open, changed alone.
 pub(super) fn variations(request: &Request) -> Vec<Variation> {
@@ -68,7 +68,7 @@ pub(super) fn variations(request: &Request) -> Vec<Variation> {
     let sorted = !base.secondary.sorted;
     let secondary = Batch { sorted, ..base.secondary };
     add("secondary rays sorted", if sorted { "yes" } else { "no" }.to_owned(), Setting { secondary, ..base });
-    for (n, d) in [(1, 2), (3, 2)] {
+    for (n, d) in [(1, 2), (5, 4)] {
         let size = ((base.size.0 * n / d).max(1), (base.size.1 * n / d).max(1));
         add("resolution", format!("{} x {}", size.0, size.1), Setting { size, ..base });
     }
