@@ -14,6 +14,7 @@ use crate::render::rays::{Batch, RayKind, twin_batch};
 use crate::render::settings::Settings;
 use crate::report::chart::Format;
 use crate::report::experiment::{self, Migrate, Recording};
+use crate::report::search;
 use crate::report::sweep::Sweep;
 use crate::report::{model, reference};
 use crate::trace::Strategy;
@@ -87,8 +88,12 @@ pub struct Model {
     /// Predict at each value of a number: KEY=FIRST..LAST, KEY=FIRST..LAST:STEP or KEY=A,B,C, keys as of --set
     #[arg(long, value_name = "KEY=RANGE", conflicts_with = "reference")]
     sweep: Option<Sweep>,
-    /// The curves of a sweep as .svg, .png or .csv; may be given more than once
-    #[arg(short, long, value_name = "FILE", requires = "sweep")]
+    /// Look for the setting of strategy migrate with the fewest cycles when everything is charged, and say what would
+    /// have to change for it to win
+    #[arg(long, conflicts_with_all = ["reference", "bvh", "sweep"])]
+    search: bool,
+    /// The curves of a sweep or search as .svg, .png or .csv; may be given more than once
+    #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
     /// Also write the result to a file, or to standard output with -
     #[arg(long, value_name = "FILE")]
@@ -101,6 +106,9 @@ pub struct Model {
 impl Model {
     /// Predicts and prints.
     pub fn run(&self) -> Result<()> {
+        if !self.output.is_empty() && self.sweep.is_none() && !self.search {
+            return Err(Error::usage("-o without curves", "give --sweep or --search, or --json for the prediction"));
+        }
         for path in self.json.iter().filter(|path| path.as_os_str() != "-").chain(&self.output) {
             check_writable(path)?;
         }
@@ -115,6 +123,7 @@ impl Model {
                 let recording = self.record()?;
                 match &self.sweep {
                     Some(sweep) => self.sweep(sweep, &recording),
+                    None if self.search => self.search(&recording),
                     None => {
                         let prediction = self.predict(&recording, &self.settings)?;
                         self.show(&prediction, || model::table(&prediction))
@@ -134,6 +143,19 @@ impl Model {
             Format::of("-o", path)?.write(path, &charts, 2)?;
         }
         self.show(&steps, || sweep.table(&steps))
+    }
+
+    fn search(&self, recording: &Recording) -> Result<()> {
+        let model = |more: &[String]| {
+            let settings = [&self.settings[..], more].concat();
+            experiment::Model::new(&self.machine, &self.kernel, &settings, self.fidelity)
+        };
+        let found = search::search(&model, recording)?;
+        let charts = search::charts(&found);
+        for path in &self.output {
+            Format::of("-o", path)?.write(path, &charts, 2)?;
+        }
+        self.show(&found, || search::table(&found))
     }
 
     fn predict(&self, recording: &Recording, settings: &[String]) -> Result<Prediction> {

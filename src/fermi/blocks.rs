@@ -135,6 +135,9 @@ impl Block {
     }
 }
 
+/// Bytes of a record that one instruction loads or stores.
+pub const RECORD_PART: usize = 16;
+
 /// A block with the number of its loads and of its stores.
 type Shape = (Block, usize, usize);
 
@@ -177,8 +180,9 @@ const SORT: &[Shape] = &[
 ];
 
 impl Loops {
-    /// The blocks of these loops, each with its loads and stores.
-    pub fn blocks(self) -> impl Iterator<Item = Shape> {
+    /// The blocks of these loops, each with its loads and stores, where a ray's record has `record` bytes: a load
+    /// each 16 of them and one for the entry of the queue; half of them are written back.
+    pub fn blocks(self, record: u32) -> impl Iterator<Item = Shape> {
         let (entry, parts, exit): (Shape, &[&[Shape]], Shape) = match self {
             Loops::WhileWhile | Loops::SpeculativeWhileWhile => {
                 ((Block::Entry, 2, 1), &[TRAVERSAL], (Block::Exit, 0, 1))
@@ -190,6 +194,11 @@ impl Loops {
             }
             Loops::Queue => ((Block::Entry, 1, 0), &[SORT], (Block::Exit, 0, 0)),
         };
-        std::iter::once(entry).chain(parts.iter().flat_map(|part| part.iter().copied())).chain([exit])
+        let moved = move |shape: Shape| match (self, shape.0) {
+            (Loops::Subtree, Block::Take) => (Block::Take, 1 + record as usize / RECORD_PART, 0),
+            (Loops::Subtree, Block::Store) => (Block::Store, 0, 1 + record as usize / (2 * RECORD_PART)),
+            _ => shape,
+        };
+        std::iter::once(entry).chain(parts.iter().flat_map(|part| part.iter().copied())).chain([exit]).map(moved)
     }
 }

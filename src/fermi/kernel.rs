@@ -4,10 +4,11 @@ use std::collections::HashMap;
 
 use serde::Deserialize;
 
+use super::blocks::RECORD_PART;
 pub use super::blocks::{Block, Loops};
 use super::occupancy::Demand;
 use super::settings::{Source, Text};
-use crate::{Error, Result};
+use crate::{Error, Result, layout};
 
 /// Embedded descriptions, by name.
 const KERNELS: &[(&str, &str)] = &[
@@ -37,6 +38,8 @@ pub struct Kernel {
     pub shared: u32,
     /// How its loops are nested.
     pub loops: Loops,
+    /// Bytes of the record of a ray that goes from queue to queue.
+    pub record: u32,
     /// Registers named in the listings.
     pub names: usize,
     blocks: HashMap<Block, Vec<Instruction>>,
@@ -101,10 +104,17 @@ struct Description {
     threads: u32,
     shared: u32,
     loops: Loops,
+    #[serde(default = "whole_record")]
+    record: u32,
     /// Kernel whose blocks these are.
     like: Option<String>,
     #[serde(default)]
     blocks: HashMap<Block, String>,
+}
+
+/// Bytes of the project's own record: ray, hit and place in the tree (`glsl/include/migration.glsl`).
+fn whole_record() -> u32 {
+    (size_of::<layout::Ray>() + size_of::<layout::Hit>() + size_of::<layout::Travel>()) as u32
 }
 
 impl Kernel {
@@ -136,6 +146,12 @@ impl Kernel {
                 return Err(bad(key, format!("{value} is not in {} to {}", allowed.start(), allowed.end())));
             }
         }
+        if !(RECORD_PART as u32..=whole_record()).contains(&description.record)
+            || !description.record.is_multiple_of(RECORD_PART as u32)
+        {
+            let problem = format!("{} is no multiple of {RECORD_PART} up to {}", description.record, whole_record());
+            return Err(bad("record", problem));
+        }
         let mut listings = description.blocks;
         if let Some(other) = &description.like {
             let source = Source::embedded("kernel", KERNELS, other)?;
@@ -145,12 +161,17 @@ impl Kernel {
         }
         let mut names = HashMap::new();
         let mut blocks = HashMap::new();
-        for (block, loads, stores) in description.loops.blocks() {
+        for (block, loads, stores) in description.loops.blocks(description.record) {
             let key = format!("blocks.{block:?}").to_lowercase();
             let Some(text) = listings.get(&block) else {
                 return Err(bad(&key, "there is no such block".to_owned()));
             };
-            let listing = listing(text, &mut names).map_err(|problem| bad(&key, problem))?;
+            let mut listing = listing(text, &mut names).map_err(|problem| bad(&key, problem))?;
+            // A smaller record leaves out the last of the instructions that move it.
+            if description.record < whole_record() && matches!(block, Block::Take | Block::Store) {
+                leave_out(&mut listing, Operation::Load, loads);
+                leave_out(&mut listing, Operation::Store, stores);
+            }
             let count = |operation| listing.iter().filter(|one: &&Instruction| one.operation == operation).count();
             if (count(Operation::Load), count(Operation::Store)) != (loads, stores) {
                 return Err(bad(
@@ -163,8 +184,8 @@ impl Kernel {
         if names.len() > MAX_NAMES {
             return Err(bad("blocks", format!("{} registers, more than {MAX_NAMES}", names.len())));
         }
-        let Description { name, registers, threads, shared, loops, .. } = description;
-        Ok(Kernel { name, registers, threads, shared, loops, names: names.len(), blocks })
+        let Description { name, registers, threads, shared, loops, record, .. } = description;
+        Ok(Kernel { name, registers, threads, shared, loops, record, names: names.len(), blocks })
     }
 
     /// What a block asks of a multiprocessor.
@@ -187,6 +208,15 @@ impl Kernel {
         }
         (code, starts)
     }
+}
+
+/// Keeps the first `kept` instructions of `operation`.
+fn leave_out(listing: &mut Vec<Instruction>, operation: Operation, kept: usize) {
+    let mut seen = 0;
+    listing.retain(|instruction| {
+        seen += usize::from(instruction.operation == operation);
+        instruction.operation != operation || seen <= kept
+    });
 }
 
 /// Parses a listing: one instruction a line, `result = operation source source`, the result left out where

@@ -17,6 +17,7 @@ pub mod ray_dump;
 pub mod reference;
 pub mod render;
 pub mod scene;
+pub mod search;
 pub mod statistics;
 pub mod sweep;
 pub mod tracing;

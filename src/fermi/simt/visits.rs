@@ -4,10 +4,11 @@ use super::LANES;
 use super::batch::{Access, Batch, bits};
 use super::layout::{LOAD, WORD, bytes};
 use super::warp::{Phase, Warp};
+use crate::fermi::blocks::RECORD_PART;
 use crate::fermi::cut::Home;
 use crate::fermi::kernel::Block;
 use crate::fermi::launch::{Launch, Visit, Work};
-use crate::layout::{Hit, QueueEntry, Travel};
+use crate::layout::QueueEntry;
 
 /// A ray that a lane holds.
 #[derive(Clone, Copy, Debug, Default)]
@@ -87,9 +88,15 @@ impl<'a> Warp<'a> {
             let held = || bits(taking).filter_map(|lane| of(lane));
             batch.segment(Block::Take, taking);
             batch.access(Access::Load, held().map(|h| self.layout.queue(0, h.at)), bytes::<QueueEntry>());
-            self.load_rays(batch, bits(taking).filter_map(|lane| of(lane).map(|h| h.ray)));
-            batch.access(Access::Load, held().map(|h| self.layout.hit(h.ray)), LOAD);
-            batch.access(Access::Load, held().map(|h| self.layout.travel(h.ray)), LOAD);
+            let parts: [&dyn Fn(usize) -> u64; 4] = [
+                &|ray| self.layout.ray(ray),
+                &|ray| self.layout.ray(ray) + LOAD,
+                &|ray| self.layout.hit(ray),
+                &|ray| self.layout.travel(ray),
+            ];
+            for part in &parts[..self.launch.kernel.record as usize / RECORD_PART] {
+                batch.access(Access::Load, held().map(|h| part(h.ray)), LOAD);
+            }
         }
         if holding == 0 {
             self.phase = if charged { Phase::Exit } else { Phase::Done };
@@ -148,17 +155,14 @@ impl<'a> Warp<'a> {
         }
         let held = || bits(leaving).filter_map(|lane| of(stay, lane));
         batch.segment(Block::Store, leaving);
-        batch.access(Access::Store, held().map(|h| self.layout.hit(h.ray)), bytes::<Hit>());
-        batch.access(Access::Store, held().map(|h| self.layout.travel(h.ray)), bytes::<Travel>());
+        let entry = |h: Held| self.layout.queue(0, h.at);
         match self.launch.work {
-            Work::Schedule => {
-                let entries = held().map(|h| self.layout.queue(0, h.at));
-                batch.access(Access::Store, entries, bytes::<QueueEntry>());
-            }
-            _ => {
-                let subtrees = held().map(|h| self.layout.queue(0, h.at) + WORD);
-                batch.access(Access::Store, subtrees, WORD);
-            }
+            Work::Schedule => batch.access(Access::Store, held().map(entry), bytes::<QueueEntry>()),
+            _ => batch.access(Access::Store, held().map(|h| entry(h) + WORD), WORD),
+        }
+        let parts: [&dyn Fn(usize) -> u64; 2] = [&|ray| self.layout.hit(ray), &|ray| self.layout.travel(ray)];
+        for part in &parts[..self.launch.kernel.record as usize / (2 * RECORD_PART)] {
+            batch.access(Access::Store, held().map(|h| part(h.ray)), LOAD);
         }
         bits(leaving).for_each(|lane| stay.held[lane] = None);
     }
