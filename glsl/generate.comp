@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Camera rays and fresh paths of one sample of a batch of pixels.
+// Camera rays and fresh paths of one sample of the pixels of chosen tiles.
 #include "frame.glsl"
 #include "random.glsl"
 #include "tiles.glsl"
@@ -8,6 +8,7 @@
 
 layout(set = 0, binding = 1, std430) writeonly buffer Rays { Ray rays[]; };
 layout(set = 0, binding = 2, std430) writeonly buffer Paths { Path paths[]; };
+layout(set = 0, binding = 3, std430) readonly buffer Tiles { uint tiles[]; };
 
 // Position on the picture plane, -1..1 to the right and up. The first sample is the pixel's middle.
 vec2 film_position(uvec2 pixel, uint id) {
@@ -28,7 +29,7 @@ Ray camera_ray(vec2 p) {
 void main() {
     uint i = gl_GlobalInvocationID.x;
     if (i >= push.count) return;
-    uvec2 pixel = tile_pixel(push.first + i, frame.width);
+    uvec2 pixel = tile_pixel(tiles[(push.first + i) / WARP] * WARP + i % WARP, frame.width);
     uint id = pixel.y * frame.width + pixel.x;
     Ray ray = camera_ray(film_position(pixel, id));
     if (pixel.x >= frame.width || pixel.y >= frame.height) ray.t_max = -1.0;

@@ -356,12 +356,12 @@ shared! {
         max_depth: u32,
         /// Radiance that an unoccluded ambient ray brings.
         ambient: [f32; 3],
-        /// Samples a pixel.
-        samples: u32,
         /// 1 if the sky does not show and alpha is coverage.
         transparent: u32,
         /// 1 if the scene has punctual lights.
         lit: u32,
+        /// Zero.
+        pad0: u32,
         /// Address of the triangles.
         triangles: [u32; 2],
         /// Address of the place of each primitive in the triangles.
@@ -508,13 +508,13 @@ shared! {
 
     /// Push constants of the kernels of a picture's stages.
     struct StagePush {
-        /// Tile-order index of the batch's first path.
+        /// Index of the batch's first path among those of the chosen tiles.
         first: u32,
         /// Paths in the batch.
         count: u32,
         /// Sample number.
         sample_index: u32,
-        /// The stage's own: light, ray kind, or 1 for the last sample.
+        /// The stage's own: light, ray kind, or samples of this pass so far.
         argument: u32,
     }
 }

@@ -44,6 +44,13 @@ fn bad_usage_is_exit_code_2_and_writes_nothing() {
         (&["--width", "60000", "--height", "60000", "--aov", "all"], "MiB"),
         (&["--width", "65535", "--height", "65535"], "pixels"),
         (&["--width", "70000"], "--width 70000"),
+        (&["--noise-target", "0"], "--noise-target 0"),
+        (&["--noise-target", "-0.1"], "--noise-target -0.1"),
+        (&["--noise-target", "NaN"], "--noise-target NaN"),
+        (&["--noise-target", "1.5"], "--noise-target 1.5"),
+        (&["--time-limit", "-1"], "--time-limit -1"),
+        (&["--time-limit", "NaN"], "--time-limit NaN"),
+        (&["--time-limit", "inf"], "--time-limit inf"),
         (&["--camera", "nobody"], "nobody"),
         (&["--camera", "99"], "99"),
         (&["--aov", "depth"], "depth"),
@@ -123,7 +130,7 @@ fn renders_every_channel(device: &[&str]) {
     assert_sound(
         exr.as_ref(),
         (80, 60),
-        &[&COLOR[..], &["Z", "primId", "steps", "migrations", "subtrees"], &vectors].concat(),
+        &[&COLOR[..], &["Z", "primId", "steps", "migrations", "subtrees", "samples"], &vectors].concat(),
     );
     assert!(Path::new(&png).exists());
     let report: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
@@ -380,4 +387,30 @@ fn benches_are_exported_for_services() {
     for row in rows.as_array().unwrap() {
         assert!(row["value"].as_f64().unwrap() > 0.0 && row["name"].is_string() && row["unit"].is_string(), "{row}");
     }
+}
+
+#[test]
+fn noise_targets_are_reached_or_the_picture_is_written_with_exit_code_1() {
+    let folder = folder();
+    let [exr, json] = ["a.exr", "a.json"].map(|name| text(&folder.path().join(name)));
+    let size = ["render", "builtin:courtyard", "--twin", "--width", "40", "--height", "32", "--aov", "samples"];
+    let files = ["-o", &exr, "--json", &json];
+    let run = |options: &[&str]| caribou(&[&size[..], &files, options].concat());
+    let report = || serde_json::from_slice::<serde_json::Value>(&std::fs::read(&json).unwrap()).unwrap();
+
+    run(&["--noise-target", "0.03"]).success().stdout(contains("of 40 tiles reached 0.03").and(contains("less than")));
+    let sampling = report()["sampling"].clone();
+    assert!(sampling["worst_noise"].as_f64().unwrap() <= 0.0300001 && sampling["min"] == 16, "{sampling}");
+    let image = caribou::render::exr::read::read(exr.as_ref()).unwrap();
+    let samples = image.floats("samples").unwrap();
+    let taken: f32 = samples.iter().sum();
+    assert_eq!(report()["rays"]["primary"].as_f64(), Some(f64::from(taken)));
+    assert!(samples.iter().any(|&n| n > 16.0));
+
+    std::fs::remove_file(&exr).unwrap();
+    run(&["--noise-target", "0.0001", "--spp", "20"]).code(1).stderr(contains("after 20 samples (--spp)"));
+    assert_sound(exr.as_ref(), (40, 32), &[&COLOR[..], &["samples"]].concat());
+    run(&["--noise-target", "0.0001", "--time-limit", "0"]).code(1).stderr(contains("after 0 s (--time-limit)"));
+    run(&["--time-limit", "0"]).success().stdout(contains("1 spp"));
+    assert_eq!(report()["rays"]["primary"], 40 * 32);
 }

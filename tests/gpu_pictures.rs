@@ -105,3 +105,37 @@ fn gpu_pictures_do_not_depend_on_batches() {
     let [device, twin] = [Some(&*gpu), None].map(|gpu| picture(gpu, &request, &mut |_| {}).unwrap());
     assert_eq!(device.film.differing_pixels(&twin.film), 0);
 }
+
+/// Each tile stops by itself, on the device as on the twin, and its pixels are those of a uniform picture of as many
+/// samples.
+#[test]
+fn gpu_pictures_with_a_noise_target_equal_the_twins() {
+    let Some(gpu) = common::gpu() else { return };
+    let mut adapted = 0;
+    for (name, scene) in scenes() {
+        let bvh = common::bvh(&scene);
+        let tables = Tables::new(&scene);
+        let camera = select_camera(&scene, None).unwrap();
+        let features = Features::of(&scene, None);
+        let render = |gpu, spp, noise_target| {
+            let settings = Settings { spp, noise_target, width: 27, height: 13, ..settings(&bvh) };
+            let tracing = TracerOptions::default();
+            let request =
+                Request { bvh: &bvh, tables: &tables, camera: &camera, settings, features, aovs: true, tracing };
+            picture(gpu, &request, &mut |_| {}).unwrap()
+        };
+        let [device, twin] = [Some(&*gpu), None].map(|gpu| render(gpu, 40, Some(0.03)));
+        assert_eq!(device.film.differing_pixels(&twin.film), 0, "{name}");
+        assert_eq!((device.rays, device.sampling), (twin.rays, twin.sampling), "{name}");
+        adapted += u32::from(twin.sampling.min < twin.sampling.max);
+        let samples = twin.film.samples_of_pixels();
+        assert_eq!(twin.rays[0], samples.iter().map(|&n| u64::from(n)).sum::<u64>(), "{name}");
+        let uniform = render(None, twin.sampling.min, None);
+        for (i, color) in uniform.film.colors().iter().enumerate().filter(|(i, _)| samples[*i] == twin.sampling.min) {
+            // Sums of passes are rounded once more.
+            let close = |(a, b): (&f32, &f32)| (a - b).abs() <= 1e-6 * a.abs();
+            assert!(color.iter().zip(&twin.film.colors()[i]).all(close), "{name}, pixel {i}");
+        }
+    }
+    assert!(adapted >= 3, "tiles stop at different times in {adapted} scenes");
+}

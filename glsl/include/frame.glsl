@@ -8,9 +8,9 @@ layout(local_size_x = 32) in;
 layout(set = 0, binding = 0, std430) readonly buffer FrameBuffer { Frame frame; };
 
 layout(push_constant, std430) uniform StagePush {
-    uint first; // tile-order index of the batch's first path
+    uint first; // index of the batch's first path among those of the chosen tiles
     uint count; // paths in the batch
     uint sample_index;
-    uint argument; // of the stage: light, ray kind, or whether this is the last sample
+    uint argument; // of the stage: light, ray kind, or samples of this pass so far
 } push;
 #endif

@@ -176,6 +176,13 @@ const uint DIMENSION_CAMERA = 4096u;
 // Dimension pair of a bounce's ambient occlusion ray: offset from the bounce's own.
 const uint DIMENSION_AO = 2048u;
 
+// Luminance of linear RGB by Rec. 709: the share of red.
+const float LUMINANCE_RED = 0.2126;
+// The share of green.
+const float LUMINANCE_GREEN = 0.7152;
+// The share of blue.
+const float LUMINANCE_BLUE = 0.0722;
+
 // Depth of pixels that see nothing: far beyond any scene, yet finite, for programs that average.
 const float Z_NOTHING = 1.0e10;
 

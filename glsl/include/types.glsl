@@ -196,9 +196,9 @@ struct Frame {
     vec3 sky_horizon;
     uint max_depth;
     vec3 ambient;
-    uint samples;
     uint transparent; // the sky does not show, pixels carry coverage as alpha
     uint lit; // the scene has punctual lights
+    uint pad0;
     uvec2 triangles;
     uvec2 slots; // of each primitive: its place in triangles
     uvec2 material_ids;

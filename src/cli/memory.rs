@@ -2,8 +2,8 @@
 
 use crate::{Error, Result};
 
-/// Bytes a pixel beside the channels: the film's colour and AOVs, and the encoder's copy.
-const FILM_BYTES: u64 = 16 + 48 + 16;
+/// Bytes a pixel beside the channels: the film's colour, its spread and AOVs, and the encoder's copy.
+const FILM_BYTES: u64 = 16 + 4 + 48 + 16;
 
 /// Refuses a picture of `channels` channels that the memory now free cannot hold. Where the system does not
 /// tell (it is not Linux), anything goes.

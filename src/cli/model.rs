@@ -191,12 +191,8 @@ impl Model {
         let settings = Settings {
             width: self.width,
             height: self.height,
-            spp: 1,
-            max_depth: 0,
-            seed: 1,
             ao_radius: self.ao_radius.unwrap_or_else(|| Settings::default_ao_radius(prepared.bvh.bounds)),
-            sky: 1.0,
-            transparent: false,
+            ..Settings::default()
         };
         settings.check()?;
         let batch = Batch { kind: self.rays, per_hit: self.per_hit, sorted: self.sort };

@@ -19,7 +19,7 @@ use crate::render::features::Features;
 use crate::render::image::{Depth, Image};
 use crate::render::picture::{Picture, Request, picture};
 use crate::render::png::{self, Preview};
-use crate::render::settings::Settings;
+use crate::render::settings::{DEFAULT_MOST_SPP, MAX_SPP, Settings};
 use crate::report::head::Head;
 use crate::report::machine::Machine;
 use crate::report::render::{Report, named};
@@ -56,9 +56,16 @@ pub struct Render {
     /// Pixels down
     #[arg(long, default_value_t = Settings::default().height)]
     height: u32,
-    /// Samples a pixel
-    #[arg(long, default_value_t = Settings::default().spp)]
-    spp: u32,
+    /// Samples a pixel, 1 by default; with --noise-target or --time-limit the most of them, 4096 or 65536 by default
+    #[arg(long)]
+    spp: Option<u32>,
+    /// Sample each tile of 8 x 4 pixels until its noise is at most this: the standard error of what is displayed, where
+    /// 1 is white; exit with 1 if some are noisier in the end
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    noise_target: Option<f32>,
+    /// Begin no further sample after so many seconds; each pixel gets at least one
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    time_limit: Option<f64>,
     /// Most bounces of a path: reflections, refractions and a diffuse bounce
     #[arg(long, value_name = "N", default_value_t = Settings::default().max_depth)]
     max_depth: u32,
@@ -72,7 +79,7 @@ pub struct Render {
     #[arg(long)]
     transparent: bool,
     /// Further channels, separated by commas: Z, N, albedo, P, primId, steps, migrations, subtrees,
-    /// or all
+    /// samples, or all
     #[arg(long, value_name = "LIST")]
     aov: Option<String>,
     /// Bits of the colour channels
@@ -126,7 +133,8 @@ impl Render {
         let start = Instant::now();
         self.write(&picture, &camera, &wanted, &report)?;
         report.seconds.insert("write".to_owned(), start.elapsed().as_secs_f64());
-        self.tell(&report)
+        self.tell(&report)?;
+        report.judge()
     }
 
     /// Refuses what cannot be done before any work.
@@ -155,11 +163,21 @@ impl Render {
         Ok(Wanted { aovs, preview })
     }
 
+    fn spp(&self) -> u32 {
+        self.spp.unwrap_or(match (self.noise_target, self.time_limit) {
+            (Some(_), _) => DEFAULT_MOST_SPP,
+            (None, Some(_)) => MAX_SPP,
+            (None, None) => Settings::default().spp,
+        })
+    }
+
     fn settings(&self, ao_radius: f32) -> Settings {
         Settings {
             width: self.width,
             height: self.height,
-            spp: self.spp,
+            spp: self.spp(),
+            noise_target: self.noise_target,
+            time_limit: self.time_limit,
             max_depth: self.max_depth,
             seed: self.seed,
             ao_radius,
@@ -191,7 +209,7 @@ impl Render {
             camera,
             settings: self.settings(self.light.ao_radius(&prepared.bvh)),
             features,
-            aovs: !wanted.aovs.is_empty(),
+            aovs: wanted.aovs.iter().any(|aov| *aov != Aov::Samples),
             tracing: self.tracing(),
         };
         let bar = Bar::new(self.quiet);
@@ -217,7 +235,10 @@ impl Render {
                 width: self.width,
                 height: self.height,
             },
-            spp: self.spp,
+            spp: self.spp(),
+            noise_target: self.noise_target,
+            time_limit: self.time_limit,
+            sampling: picture.sampling,
             max_depth: self.max_depth,
             seed: self.seed,
             tracing: Tracing::of(&self.tracing()),
@@ -244,7 +265,7 @@ impl Render {
             world_to_camera,
             world_to_ndc,
             seed: self.seed.into(),
-            spp: self.spp,
+            spp: report.sampling.max,
             device: report.head.machine.device.clone(),
             render_seconds: picture.render_seconds,
             statistics: report.attributes(),

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use crate::{Error, Result};
 
-/// What the ray of a pixel's first sample met. Where it met nothing all are 0, except for `Z`, which is
+/// What the ray of a pixel's first sample met, and, last, what the pixel cost. Where it met nothing all are 0, except for `Z`, which is
 /// [`Z_NOTHING`](crate::shared::Z_NOTHING), `primId`, which is [`NO_HIT`](crate::shared::NO_HIT), and the counts from `steps` on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Aov {
@@ -24,12 +24,14 @@ pub enum Aov {
     Migrations,
     /// Subtrees that it entered, with strategy `migrate`.
     Subtrees,
+    /// Samples of the pixel.
+    Samples,
 }
 
 impl Aov {
     /// All, in the order of `--aov all`.
-    pub const ALL: [Aov; 8] =
-        [Aov::Z, Aov::N, Aov::Albedo, Aov::P, Aov::PrimId, Aov::Steps, Aov::Migrations, Aov::Subtrees];
+    pub const ALL: [Aov; 9] =
+        [Aov::Z, Aov::N, Aov::Albedo, Aov::P, Aov::PrimId, Aov::Steps, Aov::Migrations, Aov::Subtrees, Aov::Samples];
 
     /// The name on the command line, which is also the layer's name in the file.
     pub fn name(self) -> &'static str {
@@ -42,6 +44,7 @@ impl Aov {
             Aov::Steps => "steps",
             Aov::Migrations => "migrations",
             Aov::Subtrees => "subtrees",
+            Aov::Samples => "samples",
         }
     }
 
@@ -56,6 +59,7 @@ impl Aov {
             Aov::Steps => &["steps"],
             Aov::Migrations => &["migrations"],
             Aov::Subtrees => &["subtrees"],
+            Aov::Samples => &["samples"],
         }
     }
 
@@ -103,7 +107,7 @@ mod tests {
             assert_eq!(Aov::parse_list(&aov.name().to_uppercase()).unwrap(), [aov]);
             assert_eq!(aov.components(), aov.channels().len());
         }
-        assert_eq!(Aov::parse_list("Z,N,albedo,P,primId,steps,migrations,subtrees").unwrap(), Aov::ALL);
+        assert_eq!(Aov::parse_list("Z,N,albedo,P,primId,steps,migrations,subtrees,samples").unwrap(), Aov::ALL);
         assert_eq!(Aov::parse_list("ALL").unwrap(), Aov::ALL);
     }
 
@@ -117,7 +121,10 @@ mod tests {
         for bad in ["depth", "", "Z,", "Z;N", "Z,all"] {
             let error = Aov::parse_list(bad).unwrap_err();
             assert_eq!(error.exit_code(), 2);
-            assert!(error.to_string().contains("Z, N, albedo, P, primId, steps, migrations, subtrees"), "{error}");
+            assert!(
+                error.to_string().contains("Z, N, albedo, P, primId, steps, migrations, subtrees, samples"),
+                "{error}"
+            );
         }
     }
 }

@@ -6,10 +6,11 @@ use std::time::Instant;
 use bytemuck::Zeroable;
 
 use super::features::Features;
+use super::film::Batch;
 use super::stages::{RayCounts, Stages};
 use crate::Result;
 use crate::bvh::Bvh;
-use crate::layout::{AovPixel, Contribution, Frame, Hit, Path, Ray, RayCounters, StagePush};
+use crate::layout::{Contribution, Frame, Hit, Path, Ray, RayCounters, StagePush};
 use crate::scene::tables::Tables;
 use crate::shared::*;
 use crate::trace::{Query, TracerOptions, TwinTracer};
@@ -30,8 +31,8 @@ pub struct Cpu<'a> {
     hits: Vec<Hit>,
     counters: Vec<RayCounters>,
     paths: Vec<Path>,
-    film: Vec<[f32; 4]>,
-    aovs: Vec<AovPixel>,
+    tiles: Vec<u32>,
+    batch: Batch,
     counts: RayCounts,
     seconds: BTreeMap<String, f64>,
     tracer: TwinTracer<'a>,
@@ -59,8 +60,8 @@ impl<'a> Cpu<'a> {
             hits: Vec::new(),
             counters: Vec::new(),
             paths: Vec::new(),
-            film: Vec::new(),
-            aovs: Vec::new(),
+            tiles: Vec::new(),
+            batch: Batch::default(),
             counts: RayCounts::default(),
             seconds: BTreeMap::new(),
         })
@@ -86,18 +87,22 @@ impl Stages for Cpu<'_> {
         BATCH
     }
 
+    fn choose(&mut self, tiles: &[u32]) -> Result<()> {
+        self.tiles = tiles.to_vec();
+        Ok(())
+    }
+
     fn begin(&mut self, first: u32, count: u32) {
         self.push = StagePush { first, count, sample_index: 0, argument: 0 };
         let count = count as usize;
         self.rays = vec![Ray::DEAD; count];
         self.paths = vec![Path::zeroed(); count];
-        self.film = vec![[0.0; 4]; count];
-        self.aovs = Vec::new();
+        self.batch = Batch { sums: vec![[0.0; 4]; count], spreads: vec![0.0; count], aovs: Vec::new() };
     }
 
     fn generate(&mut self, sample: u32) -> Result<()> {
         self.push.sample_index = sample;
-        self.timed("generate", |s| twin::generate::generate(&s.frame, s.push, &mut s.rays, &mut s.paths));
+        self.timed("generate", |s| twin::generate::generate(&s.frame, s.push, &s.tiles, &mut s.rays, &mut s.paths));
         Ok(())
     }
 
@@ -109,8 +114,8 @@ impl Stages for Cpu<'_> {
 
     fn aov(&mut self) -> Result<()> {
         self.timed("aov", |s| {
-            s.aovs = vec![AovPixel::zeroed(); s.rays.len()];
-            twin::aov::aov(stage!(s), &s.rays, &s.hits, &s.counters, &mut s.aovs);
+            s.batch.aovs = vec![Zeroable::zeroed(); s.rays.len()];
+            twin::aov::aov(stage!(s), &s.rays, &s.hits, &s.counters, &mut s.batch.aovs);
         });
         Ok(())
     }
@@ -138,9 +143,11 @@ impl Stages for Cpu<'_> {
         Ok(())
     }
 
-    fn resolve(&mut self, last: bool) -> Result<()> {
-        let push = StagePush { argument: last.into(), ..self.push };
-        self.timed("resolve", |s| twin::resolve::resolve(&s.frame, push, &s.paths, &mut s.film));
+    fn resolve(&mut self, before: u32) -> Result<()> {
+        let push = StagePush { argument: before, ..self.push };
+        self.timed("resolve", |s| {
+            twin::resolve::resolve(&s.frame, push, &s.paths, &mut s.batch.sums, &mut s.batch.spreads);
+        });
         Ok(())
     }
 
@@ -148,8 +155,8 @@ impl Stages for Cpu<'_> {
         Ok(std::mem::take(&mut self.counts))
     }
 
-    fn read(&mut self, _aovs: bool) -> Result<(Vec<[f32; 4]>, Vec<AovPixel>)> {
-        Ok((std::mem::take(&mut self.film), std::mem::take(&mut self.aovs)))
+    fn read(&mut self, _aovs: bool) -> Result<Batch> {
+        Ok(std::mem::take(&mut self.batch))
     }
 
     fn seconds(&self) -> BTreeMap<String, f64> {

@@ -41,13 +41,13 @@ const PERCENTILE: f64 = 0.995;
 
 /// The pixels of `aov` as 8-bit sRGB, with the range of the scale if it has one; `None` if the image
 /// does not hold that AOV. Scalars are scaled to the 99.5th percentile of the pixels that show a
-/// surface: `steps`, `migrations` and `subtrees` as heat maps from 0, `Z` in greys with near bright, `P` by its bounds. `N` is
+/// surface: `steps`, `migrations`, `subtrees` and `samples` as heat maps from 0, `Z` in greys with near bright, `P` by its bounds. `N` is
 /// 0.5 + 0.5 n, `primId` a colour hashed from the id. Pixels that show nothing are black, except in
 /// `steps`.
 pub fn false_color(image: &Image, aov: Aov) -> Option<(Vec<[u8; 3]>, Option<Range>)> {
     let planes: Vec<&[f32]> = aov.channels().iter().filter_map(|name| image.floats(name)).collect();
     match (aov, planes.as_slice()) {
-        (Aov::Steps | Aov::Migrations | Aov::Subtrees, [steps]) => {
+        (Aov::Steps | Aov::Migrations | Aov::Subtrees | Aov::Samples, [steps]) => {
             let range = from_zero(steps);
             Some((steps.iter().map(|value| heat(*value, range)).collect(), Some(range)))
         }

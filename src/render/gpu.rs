@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::features::Features;
+use super::film::Batch;
 use super::gpu_scene::GpuScene;
 use super::stages::{RayCounts, Stages};
 use crate::Result;
@@ -51,7 +52,9 @@ struct Buffers {
     shadow_hits: Buffer,
     contributions: Buffer,
     ray_counts: Buffer,
-    film: Buffer,
+    tiles: Buffer,
+    sums: Buffer,
+    spreads: Buffer,
     aovs: Buffer,
 }
 
@@ -100,7 +103,7 @@ impl<'g> GpuStages<'g> {
         let (s, b, k) = (&self.scene, &self.buffers, &self.kernels);
         let push = StagePush { argument, ..self.push };
         let (pipeline, buffers): (_, &[&Buffer]) = match kernel {
-            Kernel::Generate => (&k.generate, &[&s.frame, &b.rays, &b.paths]),
+            Kernel::Generate => (&k.generate, &[&s.frame, &b.rays, &b.paths, &b.tiles]),
             Kernel::Light => (
                 &k.light,
                 &[
@@ -120,7 +123,7 @@ impl<'g> GpuStages<'g> {
             Kernel::Shade => {
                 (&k.shade, &[&s.frame, &s.materials, &s.textures, &b.rays, &b.hits, &b.paths, &b.ray_counts])
             }
-            Kernel::Resolve => (&k.resolve, &[&s.frame, &b.paths, &b.film]),
+            Kernel::Resolve => (&k.resolve, &[&s.frame, &b.paths, &b.sums, &b.spreads]),
             Kernel::Aov => (&k.aov, &[&s.frame, &s.materials, &s.textures, &b.rays, &b.hits, &b.counters, &b.aovs]),
             other => unreachable!("{} is not a stage of a picture", other.name()),
         };
@@ -157,7 +160,9 @@ impl Buffers {
             shadow_hits: of("shadow hits", size_of::<Hit>(), true)?,
             contributions: of("contributions", size_of::<Contribution>(), true)?,
             ray_counts: gpu.upload("ray counts", &[0u32; KINDS as usize])?,
-            film: of("film", size_of::<[f32; 4]>(), true)?,
+            tiles: of("tiles", 0, false)?,
+            sums: of("sums", size_of::<[f32; 4]>(), true)?,
+            spreads: of("spreads", size_of::<f32>(), true)?,
             aovs: of("aovs", size_of::<AovPixel>(), aovs)?,
         })
     }
@@ -166,6 +171,12 @@ impl Buffers {
 impl Stages for GpuStages<'_> {
     fn capacity(&self) -> u32 {
         self.capacity
+    }
+
+    fn choose(&mut self, tiles: &[u32]) -> Result<()> {
+        // The work that reads the last choice is done: its batches were read.
+        self.buffers.tiles = self.stream.gpu().upload("tiles", tiles)?;
+        Ok(())
     }
 
     fn begin(&mut self, first: u32, count: u32) {
@@ -200,8 +211,8 @@ impl Stages for GpuStages<'_> {
         self.run(Kernel::Shade, 0)
     }
 
-    fn resolve(&mut self, last: bool) -> Result<()> {
-        self.run(Kernel::Resolve, last.into())
+    fn resolve(&mut self, before: u32) -> Result<()> {
+        self.run(Kernel::Resolve, before)
     }
 
     fn take_ray_counts(&mut self) -> Result<RayCounts> {
@@ -216,11 +227,14 @@ impl Stages for GpuStages<'_> {
         Ok(made)
     }
 
-    fn read(&mut self, aovs: bool) -> Result<(Vec<[f32; 4]>, Vec<AovPixel>)> {
+    fn read(&mut self, aovs: bool) -> Result<Batch> {
         self.finish()?;
         let (gpu, count) = (self.stream.gpu(), self.push.count as usize);
-        let film = gpu.download(&self.buffers.film, 0..count)?;
-        Ok((film, if aovs { gpu.download(&self.buffers.aovs, 0..count)? } else { Vec::new() }))
+        Ok(Batch {
+            sums: gpu.download(&self.buffers.sums, 0..count)?,
+            spreads: gpu.download(&self.buffers.spreads, 0..count)?,
+            aovs: if aovs { gpu.download(&self.buffers.aovs, 0..count)? } else { Vec::new() },
+        })
     }
 
     fn seconds(&self) -> BTreeMap<String, f64> {

@@ -1,11 +1,13 @@
-//! The wavefront: batches of pixels, samples, bounces, each a few small stages.
+//! The wavefront: batches of pixels, samples, bounces, each a few small stages; and passes over the tiles that still
+//! need samples.
 
 use super::film::Film;
+use super::noise::{Goal, SamplingSummary};
 use super::settings::Settings;
 use super::stages::{RayCounts, Stages};
 use crate::Result;
 use crate::shared::*;
-use crate::twin::tiles::{tile_count, tile_pixel};
+use crate::twin::tiles::tile_count;
 
 /// What bounds the loop over lights and bounces.
 #[derive(Clone, Copy, Debug)]
@@ -23,15 +25,26 @@ pub struct Plan {
 /// How far a picture is.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
-    /// Camera rays done.
-    pub done: u64,
-    /// Camera rays in all.
-    pub total: u64,
+    /// Share that is done: of tiles with a noise target, of the time with a limit alone, else of camera rays.
+    pub share: f64,
+    /// What the share is of.
+    pub unit: &'static str,
     /// Rays of all kinds traced.
     pub rays: u64,
 }
 
-/// Renders into a film; `report` is called now and then.
+/// A picture and what it took.
+pub struct Rendered {
+    /// The pixels.
+    pub film: Film,
+    /// Rays traced.
+    pub rays: RayCounts,
+    /// Samples and noise.
+    pub sampling: SamplingSummary,
+}
+
+/// Renders until the goal of `settings` is reached; `seconds` is the time since the start, and `report` is called now
+/// and then. The samples of a pixel do not depend on when others stop.
 ///
 /// # Errors
 /// Whatever a stage fails with.
@@ -39,67 +52,115 @@ pub fn render(
     stages: &mut dyn Stages,
     settings: &Settings,
     plan: Plan,
+    seconds: &dyn Fn() -> f64,
     report: &mut dyn FnMut(Progress),
-) -> Result<(Film, RayCounts)> {
-    let mut film = Film::new(settings.width, settings.height, plan.aovs);
-    let mut counts = RayCounts::default();
-    let pixels = u64::from(settings.width) * u64::from(settings.height);
-    let total = pixels * u64::from(settings.spp);
+) -> Result<Rendered> {
+    let (goal, film) = (settings.goal(), Film::new(settings.width, settings.height, plan.aovs));
     // Settings::check refuses pictures with more indices than 32 bits hold.
-    let indices = tile_count(settings.width, settings.height).unwrap_or(u32::MAX);
-    for first in (0..indices).step_by(stages.capacity() as usize) {
-        let count = stages.capacity().min(indices - first);
-        let live = (first..first + count).filter(|&i| inside(i, settings)).count() as u64;
-        stages.begin(first, count);
-        for sample in 0..settings.spp {
-            sample_batch(stages, plan, settings, sample, &mut counts)?;
-            counts[KIND_PRIMARY as usize] += live;
-            let done = counts[KIND_PRIMARY as usize];
-            report(Progress { done, total, rays: counts.iter().sum() });
-        }
-        let (colors, aovs) = stages.read(plan.aovs)?;
-        film.put(first, &colors, &aovs);
+    let tiles = tile_count(settings.width, settings.height).unwrap_or(u32::MAX) / WARP;
+    let mut run =
+        Run { stages, settings, plan, goal, seconds, report, film, rays: RayCounts::default(), tiles, left: tiles };
+    let mut active: Vec<u32> = (0..tiles).collect();
+    let mut taken = 0;
+    while !active.is_empty() && taken < goal.most && !goal.is_late(taken, seconds) {
+        let pass = goal.pass(taken);
+        run.pass(&active, taken, pass)?;
+        taken += pass;
+        active.retain(|&tile| !goal.is_met(taken, run.film.noise(tile)));
+        run.left = active.len() as u32;
     }
-    Ok((film, counts))
+    let Run { mut film, rays, .. } = run;
+    let sampling = film.finish(&goal);
+    Ok(Rendered { film, rays, sampling })
 }
 
-fn inside(index: u32, settings: &Settings) -> bool {
-    let (x, y) = tile_pixel(index, settings.width);
-    x < settings.width && y < settings.height
-}
-
-fn sample_batch(
-    stages: &mut dyn Stages,
+struct Run<'a> {
+    stages: &'a mut dyn Stages,
+    settings: &'a Settings,
     plan: Plan,
-    settings: &Settings,
-    sample: u32,
-    counts: &mut RayCounts,
-) -> Result<()> {
-    stages.generate(sample)?;
-    for bounce in 0..=settings.max_depth {
-        stages.trace_closest()?;
-        if plan.aovs && sample == 0 && bounce == 0 {
-            stages.aov()?;
-        }
-        for light in 0..plan.lights {
-            stages.light(light)?;
-        }
-        if plan.ambient {
-            stages.light(LIGHT_AMBIENT)?;
-        }
-        stages.shade()?;
-        if !plan.bounces {
-            break;
-        }
-        let made = stages.take_ray_counts()?;
-        counts.iter_mut().zip(made).for_each(|(sum, new)| *sum += new);
-        if made[KIND_DIFFUSE as usize] + made[KIND_REFLECT as usize] + made[KIND_REFRACT as usize] == 0 {
-            break;
-        }
-    }
-    stages.resolve(sample + 1 == settings.spp)?;
-    if !plan.bounces {
-        counts.iter_mut().zip(stages.take_ray_counts()?).for_each(|(sum, new)| *sum += new);
-    }
-    Ok(())
+    goal: Goal,
+    seconds: &'a dyn Fn() -> f64,
+    report: &'a mut dyn FnMut(Progress),
+    film: Film,
+    rays: RayCounts,
+    tiles: u32,
+    left: u32,
 }
+
+impl Run<'_> {
+    /// `count` samples from number `first` on of all active tiles, batch by batch.
+    fn pass(&mut self, active: &[u32], first: u32, count: u32) -> Result<()> {
+        self.stages.choose(active)?;
+        let batch_tiles = (self.stages.capacity() / WARP) as usize;
+        for (batch, tiles) in active.chunks(batch_tiles).enumerate() {
+            let live = self.film.pixels(tiles);
+            self.stages.begin((batch * batch_tiles) as u32 * WARP, tiles.len() as u32 * WARP);
+            let mut done = 0;
+            while done < count && !self.goal.is_late(first, self.seconds) {
+                self.sample(first + done, done)?;
+                self.rays[KIND_PRIMARY as usize] += live;
+                done += 1;
+                let progress = self.progress();
+                (self.report)(progress);
+            }
+            if done > 0 {
+                self.film.add(tiles, done, &self.stages.read(self.plan.aovs && first == 0)?);
+            }
+        }
+        Ok(())
+    }
+
+    fn progress(&self) -> Progress {
+        let rays = self.rays.iter().sum();
+        let (share, unit) = match (self.goal.noise, self.goal.seconds) {
+            (Some(_), _) => (1.0 - f64::from(self.left) / f64::from(self.tiles), "of tiles"),
+            (None, Some(limit)) => ((self.seconds)() / limit.max(f64::MIN_POSITIVE), "of the time"),
+            (None, None) => {
+                let pixels = f64::from(self.settings.width) * f64::from(self.settings.height);
+                (self.rays[KIND_PRIMARY as usize] as f64 / (pixels * f64::from(self.goal.most)), "of camera rays")
+            }
+        };
+        Progress { share, unit, rays }
+    }
+
+    /// Sample number `index`, after `before` others of this pass.
+    fn sample(&mut self, index: u32, before: u32) -> Result<()> {
+        let plan = self.plan;
+        self.stages.generate(index)?;
+        for bounce in 0..=self.settings.max_depth {
+            self.stages.trace_closest()?;
+            if plan.aovs && index == 0 && bounce == 0 {
+                self.stages.aov()?;
+            }
+            for light in 0..plan.lights {
+                self.stages.light(light)?;
+            }
+            if plan.ambient {
+                self.stages.light(LIGHT_AMBIENT)?;
+            }
+            self.stages.shade()?;
+            if !plan.bounces {
+                break;
+            }
+            let made = self.count()?;
+            if made[KIND_DIFFUSE as usize] + made[KIND_REFLECT as usize] + made[KIND_REFRACT as usize] == 0 {
+                break;
+            }
+        }
+        self.stages.resolve(before)?;
+        if !plan.bounces {
+            self.count()?;
+        }
+        Ok(())
+    }
+
+    /// Rays made since the last call, which are added to the sum.
+    fn count(&mut self) -> Result<RayCounts> {
+        let made = self.stages.take_ray_counts()?;
+        self.rays.iter_mut().zip(made).for_each(|(sum, new)| *sum += new);
+        Ok(made)
+    }
+}
+
+#[cfg(test)]
+mod tests;

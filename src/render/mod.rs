@@ -12,6 +12,7 @@ pub mod gpu;
 mod gpu_scene;
 pub mod image;
 pub mod integrator;
+pub mod noise;
 pub mod picture;
 pub mod png;
 pub mod rays;

@@ -7,7 +7,8 @@ use super::cpu::Cpu;
 use super::features::{Features, Indirect};
 use super::film::Film;
 use super::gpu::GpuStages;
-use super::integrator::{Plan, Progress, render};
+use super::integrator::{Plan, Progress, Rendered, render};
+use super::noise::SamplingSummary;
 use super::settings::Settings;
 use super::stages::{RayCounts, Stages};
 use crate::Result;
@@ -43,6 +44,8 @@ pub struct Picture {
     pub film: Film,
     /// Rays traced.
     pub rays: RayCounts,
+    /// Samples and noise.
+    pub sampling: SamplingSummary,
     /// Seconds by stage.
     pub stage_seconds: BTreeMap<String, f64>,
     /// Seconds to upload the scene and compile the kernels.
@@ -76,7 +79,8 @@ pub fn picture(gpu: Option<&Gpu>, request: &Request, report: &mut dyn FnMut(Prog
         aovs: request.aovs,
     };
     let start = Instant::now();
-    let (film, rays) = render(stages.as_mut(), &request.settings, plan, report)?;
+    let seconds = || start.elapsed().as_secs_f64();
+    let Rendered { film, rays, sampling } = render(stages.as_mut(), &request.settings, plan, &seconds, report)?;
     let render_seconds = start.elapsed().as_secs_f64();
-    Ok(Picture { film, rays, stage_seconds: stages.seconds(), setup_seconds, render_seconds })
+    Ok(Picture { film, rays, sampling, stage_seconds: stages.seconds(), setup_seconds, render_seconds })
 }

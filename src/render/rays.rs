@@ -71,6 +71,10 @@ fn chunks(frame: &Frame, kind: RayKind) -> impl Iterator<Item = StagePush> {
     })
 }
 
+fn all_tiles(frame: &Frame) -> Vec<u32> {
+    (0..tile_count(frame.width, frame.height).unwrap_or(0) / WARP).collect()
+}
+
 /// Live rays of `kind` in tile order, made by the twins.
 pub fn twin_rays(bvh: &Bvh, tables: &Tables, frame: &Frame, kind: RayKind) -> Vec<Ray> {
     twin_batch(bvh, tables, frame, Batch { kind, per_hit: 1, sorted: false })
@@ -90,11 +94,12 @@ pub struct Batch {
 /// Live rays of `batch` in tile order, those of a hit side by side, or sorted; made by the twins.
 pub fn twin_batch(bvh: &Bvh, tables: &Tables, frame: &Frame, batch: Batch) -> Vec<Ray> {
     let Batch { kind, per_hit, sorted } = batch;
+    let tiles = all_tiles(frame);
     let mut all = Vec::new();
     for push in chunks(frame, kind) {
         let mut rays = vec![Ray::DEAD; push.count as usize];
         let mut paths: Vec<Path> = vec![bytemuck::Zeroable::zeroed(); rays.len()];
-        twin::generate::generate(frame, push, &mut rays, &mut paths);
+        twin::generate::generate(frame, push, &tiles, &mut rays, &mut paths);
         if kind != RayKind::Primary {
             let (hits, _) = twin::trace::trace_closest(bvh, &rays);
             let sample = |sample_index| {
@@ -143,6 +148,7 @@ pub fn gpu_rays(
     let rays = buffer("rays", size_of::<Ray>())?;
     let hits = buffer("hits", size_of::<Hit>())?;
     let paths = buffer("paths", size_of::<Path>())?;
+    let tiles = gpu.upload("tiles", &all_tiles(frame))?;
     let secondary = buffer("secondary rays", size_of::<Ray>())?;
     // Secondary rays depend on the geometry alone, whatever the materials.
     let spec = [&exactness(gpu.probe())[..], &[(SPEC_NORMALS, 0), (SPEC_TEXTURES, 0)]].concat();
@@ -153,7 +159,7 @@ pub fn gpu_rays(
     let mut stream = Stream::new(gpu);
     let mut all = Vec::new();
     for push in chunks(frame, kind) {
-        stream.dispatch("generate", &generate, (&[&scene.frame, &rays, &paths], &[]), &push, push.count)?;
+        stream.dispatch("generate", &generate, (&[&scene.frame, &rays, &paths, &tiles], &[]), &push, push.count)?;
         let mut made = &rays;
         if kind != RayKind::Primary {
             tracer.trace(&mut stream, "trace closest", Query::Closest, &RayBuffers::new(&rays, &hits), push.count)?;

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::noise::Goal;
 use crate::layout::Frame;
 use crate::scene::{Camera, Projection};
 use crate::twin::tiles::tile_count;
@@ -17,6 +18,9 @@ const AMBIENT: Vec3 = Vec3::new(0.750, 0.830, 0.967);
 /// Most samples a pixel: their sum stays exact enough in a float.
 pub const MAX_SPP: u32 = 65_536;
 
+/// Most samples a pixel with a noise target, unless told otherwise: 16 times less noise than the least number of them.
+pub const DEFAULT_MOST_SPP: u32 = 4096;
+
 /// Most bounces: what fits the path's state.
 pub const MAX_DEPTH: u32 = 64;
 
@@ -27,8 +31,12 @@ pub struct Settings {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// Samples a pixel.
+    /// Samples a pixel; the most of them with a noise target or a time limit.
     pub spp: u32,
+    /// Noise at which a tile needs no more samples, as [`TileSums::noise`](super::noise::TileSums::noise).
+    pub noise_target: Option<f32>,
+    /// Seconds after which no further sample is begun.
+    pub time_limit: Option<f64>,
     /// Most bounces of a path.
     pub max_depth: u32,
     /// Seed of all random numbers.
@@ -48,6 +56,8 @@ impl Default for Settings {
             width: 1024,
             height: 768,
             spp: 1,
+            noise_target: None,
+            time_limit: None,
             max_depth: 8,
             seed: 1,
             ao_radius: 1.0,
@@ -88,7 +98,25 @@ impl Settings {
                 return Err(Error::usage(format!("--{name} {value}"), "it must be a number from 0 up"));
             }
         }
-        Ok(())
+        self.check_goal()
+    }
+
+    fn check_goal(&self) -> Result<()> {
+        if let Some(target) = self.noise_target.filter(|target| !(*target > 0.0 && *target <= 1.0)) {
+            let what = format!("--noise-target {target}");
+            return Err(Error::usage(what, "it must be above 0 and at most 1, such as 0.02"));
+        }
+        match self.time_limit.filter(|limit| !limit.is_finite() || *limit < 0.0) {
+            Some(limit) => {
+                Err(Error::usage(format!("--time-limit {limit}"), "it must be a number of seconds from 0 up"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// When to stop.
+    pub fn goal(&self) -> Goal {
+        Goal { most: self.spp, noise: self.noise_target, seconds: self.time_limit }
     }
 
     /// The frame for `camera`, without addresses.
@@ -114,7 +142,6 @@ impl Settings {
             sky_horizon: vector(SKY_HORIZON * self.sky),
             max_depth: self.max_depth,
             ambient: vector(AMBIENT * self.sky),
-            samples: self.spp,
             transparent: self.transparent.into(),
             ..bytemuck::Zeroable::zeroed()
         }

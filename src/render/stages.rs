@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::film::Batch;
 use crate::Result;
-use crate::layout::AovPixel;
 use crate::shared::KINDS;
 
 /// Rays by kind, `KIND_*` in [`crate::shared`].
@@ -12,11 +12,13 @@ pub type RayCounts = [u64; KINDS as usize];
 /// Names of the ray kinds, in the order of [`RayCounts`].
 pub const KIND_NAMES: [&str; KINDS as usize] = ["primary", "shadow", "ao", "diffuse", "reflect", "refract"];
 
-/// One stage a method, over the paths of a batch: pixels `first..first + count` in tile order, one sample at
-/// a time. A stage may be put off until a result is asked for.
+/// One stage a method, over the paths of a batch: those numbered `first..first + count` of the pixels of the chosen
+/// tiles, one sample at a time. A stage may be put off until a result is asked for.
 pub trait Stages {
     /// Most paths of a batch.
     fn capacity(&self) -> u32;
+    /// Chooses the tiles whose pixels are sampled.
+    fn choose(&mut self, tiles: &[u32]) -> Result<()>;
     /// Begins a batch.
     fn begin(&mut self, first: u32, count: u32);
     /// Camera rays of a sample.
@@ -29,12 +31,12 @@ pub trait Stages {
     fn light(&mut self, light: u32) -> Result<()>;
     /// Replaces the paths' rays by the next ones.
     fn shade(&mut self) -> Result<()>;
-    /// Adds the sample to the film; divides after the `last`.
-    fn resolve(&mut self, last: bool) -> Result<()>;
+    /// Adds the sample to the sums of the batch, after `before` others.
+    fn resolve(&mut self, before: u32) -> Result<()>;
     /// Rays made since the last call, but for camera rays.
     fn take_ray_counts(&mut self) -> Result<RayCounts>;
-    /// The batch's pixels, and what [`Stages::aov`] kept.
-    fn read(&mut self, aovs: bool) -> Result<(Vec<[f32; 4]>, Vec<AovPixel>)>;
+    /// The batch's sums and, with `aovs`, what [`Stages::aov`] kept.
+    fn read(&mut self, aovs: bool) -> Result<Batch>;
     /// Seconds by stage so far.
     fn seconds(&self) -> BTreeMap<String, f64>;
 }

@@ -8,7 +8,7 @@ use super::random::random2;
 use super::tiles::tile_pixel;
 use super::vec::{floored3, normalize3};
 use crate::layout::{Frame, Path, Ray, StagePush};
-use crate::shared::{COORDINATE_FLOOR, DIMENSION_CAMERA, FAR_AWAY};
+use crate::shared::{COORDINATE_FLOOR, DIMENSION_CAMERA, FAR_AWAY, WARP};
 
 fn film_position(frame: &Frame, pixel: (u32, u32), id: u32, sample: u32) -> Vec2 {
     let jitter = if sample == 0 { Vec2::splat(0.5) } else { random2(frame.seed, id, DIMENSION_CAMERA, sample) };
@@ -29,10 +29,11 @@ fn camera_ray(frame: &Frame, p: Vec2) -> Ray {
     Ray { origin, t_min: 0.0, direction: direction.into(), t_max: FAR_AWAY }
 }
 
-/// Fills `rays` and `paths` with one sample of a batch.
-pub fn generate(frame: &Frame, push: StagePush, rays: &mut [Ray], paths: &mut [Path]) {
+/// Fills `rays` and `paths` with one sample of a batch of the pixels of `tiles`.
+pub fn generate(frame: &Frame, push: StagePush, tiles: &[u32], rays: &mut [Ray], paths: &mut [Path]) {
     rays.par_iter_mut().zip(paths).enumerate().for_each(|(i, (ray, path))| {
-        let pixel = tile_pixel(push.first + i as u32, frame.width);
+        let place = push.first + i as u32;
+        let pixel = tile_pixel(tiles[(place / WARP) as usize] * WARP + place % WARP, frame.width);
         let id = pixel.1.wrapping_mul(frame.width).wrapping_add(pixel.0);
         *ray = camera_ray(frame, film_position(frame, pixel, id, push.sample_index));
         if pixel.0 >= frame.width || pixel.1 >= frame.height {

@@ -74,11 +74,11 @@ kernels! {
     QueueScatter:    "queue_scatter",     4,       0,      16,         32;
     QueueShares:     "queue_shares",      4,       0,      16,         32;
     VirtualL1:       "virtual_l1",        7,       0,      88,         32;
-    Generate:        "generate",          3,       0,      16,         32;
+    Generate:        "generate",          4,       0,      16,         32;
     Light:           "light",             10,      0,      16,         32;
     Gather:          "gather",            5,       0,      16,         32;
     Shade:           "shade",             7,       0,      16,         32;
-    Resolve:         "resolve",           3,       0,      16,         32;
+    Resolve:         "resolve",           4,       0,      16,         32;
     Aov:             "aov",               7,       0,      16,         32;
     Secondary:       "secondary",         6,       0,      16,         32;
 }
