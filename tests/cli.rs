@@ -28,7 +28,7 @@ fn text(path: &Path) -> String {
 fn help_and_version_are_no_errors() {
     caribou(&["--help"]).success().stdout(contains("Exit codes"));
     caribou(&["--version"]).success().stdout(contains(env!("CARGO_PKG_VERSION")));
-    for command in ["render", "info", "bench", "scene", "verify", "model", "occupancy", "diff"] {
+    for command in ["render", "info", "bench", "scene", "verify", "model", "occupancy", "paper", "diff"] {
         caribou(&[command, "--help"]).success();
     }
 }

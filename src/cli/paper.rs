@@ -29,22 +29,22 @@ pub struct Paper {
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
     /// Pixels across
-    #[arg(long, default_value_t = 160)]
+    #[arg(long, default_value_t = paper::SIZE.0)]
     width: u32,
     /// Pixels down
-    #[arg(long, default_value_t = 120)]
+    #[arg(long, default_value_t = paper::SIZE.1)]
     height: u32,
     /// Secondary rays; the paper does not say which
-    #[arg(long, value_enum, default_value_t = RayKind::Diffuse)]
+    #[arg(long, value_enum, default_value_t = paper::SECONDARY.kind)]
     secondary: RayKind,
     /// Secondary rays from each hit
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = clap::value_parser!(u32).range(1..=256))]
+    #[arg(long, value_name = "N", default_value_t = paper::SECONDARY.per_hit, value_parser = clap::value_parser!(u32).range(1..=256))]
     per_hit: u32,
     /// Sort secondary rays along a space-filling curve
     #[arg(long)]
     sort: bool,
     /// Where the tree is cut: level:K, bytes:N or sah:N
-    #[arg(long, value_name = "POLICY", default_value_t = Policy::Bytes(128 << 10))]
+    #[arg(long, value_name = "POLICY", default_value_t = paper::PARTITION)]
     partition: Policy,
     /// Which rays run together in the paper's accounting
     #[arg(long, value_enum, default_value_t = Grouping::Queued)]

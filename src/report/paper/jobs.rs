@@ -1,5 +1,7 @@
 //! Predictions of many runs, each made once.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 
 use super::scenes::Subject;
@@ -46,24 +48,30 @@ impl Predictions {
             }
         }
         let total = unique.len();
-        let finished = std::sync::atomic::AtomicUsize::new(0);
-        let mut predictions = Predictions::default();
-        while let Some(&first) = unique.first() {
-            let same = |job: &Job| (job.subject, job.batch, job.size) == (first.subject, first.batch, first.size);
-            let (group, rest): (Vec<Job>, Vec<Job>) = unique.into_iter().partition(same);
-            unique = rest;
-            let subject = &subjects[first.subject];
-            let trace = subject.record(first.size, first.batch);
+        let finished = AtomicUsize::new(0);
+        let mut groups: Vec<Vec<Job>> = Vec::new();
+        for job in unique {
+            let same = |other: &Job| (job.subject, job.batch, job.size) == (other.subject, other.batch, other.size);
+            match groups.iter_mut().find(|group| same(&group[0])) {
+                Some(group) => group.push(job),
+                None => groups.push(vec![job]),
+            }
+        }
+        // Rays of one group at a time and thread, so that few are in memory.
+        let predict_group = |group: Vec<Job>| -> Result<Vec<(Job, Prediction)>> {
+            let subject = &subjects[group[0].subject];
+            let trace = subject.record(group[0].size, group[0].batch);
             let triangles = subject.bvh.triangle_count;
             let recorded = Recorded { trace: &trace, children: &subject.children, triangles };
             let predict = |job: Job| -> Result<(Job, Prediction)> {
                 let prediction = predict(model, subject, &recorded, &job)?;
-                done(finished.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, total);
+                done(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
                 Ok((job, prediction))
             };
-            predictions.0.extend(group.into_par_iter().map(predict).collect::<Result<Vec<_>>>()?);
-        }
-        Ok(predictions)
+            group.into_par_iter().map(predict).collect()
+        };
+        let groups = groups.into_par_iter().map(predict_group).collect::<Result<Vec<_>>>()?;
+        Ok(Predictions(groups.into_iter().flatten().collect()))
     }
 
     /// The prediction of `job`, which was among the jobs.
