@@ -63,7 +63,7 @@ kernels! {
     DirectQuantised: "direct_quantised",  7,  0,      52,         32;
     DirectQuantisedCpu: "direct_quantised_cpu", 7, 2, 52,         32;
     Persistent:      "persistent",        7,       0,      52,         32;
-    PersistentCpu:   "persistent_cpu",    7,       0,      52,         32;
+    PersistentCpu:   "persistent_cpu",    7,       2,      52,         32;
     Schedule:        "schedule",          8,       0,      116,        32;
     ScheduleCpu:     "schedule_cpu",      8,       3,      116,        32;
     Migrate:         "migrate",           8,       0,      116,        1; // a specialization constant
