@@ -7,6 +7,9 @@ use crate::Result;
 use crate::shared::*;
 use crate::twin::tiles::{tile_count, tile_pixel};
 
+/// Rays are counted after so many lights: a device counts in 32 bits, and a batch has up to 2^20 paths.
+const LIGHTS_COUNTED: u32 = 2048;
+
 /// What bounds the loop over lights and bounces.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
@@ -63,6 +66,10 @@ pub fn render(
     Ok((film, counts))
 }
 
+fn add(counts: &mut RayCounts, made: RayCounts) {
+    counts.iter_mut().zip(made).for_each(|(sum, new)| *sum += new);
+}
+
 fn inside(index: u32, settings: &Settings) -> bool {
     let (x, y) = tile_pixel(index, settings.width);
     x < settings.width && y < settings.height
@@ -83,6 +90,9 @@ fn sample_batch(
         }
         for light in 0..plan.lights {
             stages.light(light)?;
+            if (light + 1).is_multiple_of(LIGHTS_COUNTED) {
+                add(counts, stages.take_ray_counts()?);
+            }
         }
         if plan.ambient {
             stages.light(LIGHT_AMBIENT)?;
@@ -92,14 +102,90 @@ fn sample_batch(
             break;
         }
         let made = stages.take_ray_counts()?;
-        counts.iter_mut().zip(made).for_each(|(sum, new)| *sum += new);
+        add(counts, made);
         if made[KIND_DIFFUSE as usize] + made[KIND_REFLECT as usize] + made[KIND_REFRACT as usize] == 0 {
             break;
         }
     }
     stages.resolve(sample + 1 == settings.spp)?;
     if !plan.bounces {
-        counts.iter_mut().zip(stages.take_ray_counts()?).for_each(|(sum, new)| *sum += new);
+        add(counts, stages.take_ray_counts()?);
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::layout::AovPixel;
+
+    /// Counts shadow rays in 32 bits, as devices do; each path makes one a light.
+    #[derive(Default)]
+    struct Counter {
+        paths: u32,
+        counted: u32,
+        taken: u32,
+    }
+
+    impl Stages for Counter {
+        fn capacity(&self) -> u32 {
+            1 << 20
+        }
+
+        fn begin(&mut self, _first: u32, count: u32) {
+            self.paths = count;
+        }
+
+        fn generate(&mut self, _sample: u32) -> Result<()> {
+            Ok(())
+        }
+
+        fn trace_closest(&mut self) -> Result<()> {
+            Ok(())
+        }
+
+        fn aov(&mut self) -> Result<()> {
+            Ok(())
+        }
+
+        fn light(&mut self, _light: u32) -> Result<()> {
+            self.counted = self.counted.wrapping_add(self.paths);
+            Ok(())
+        }
+
+        fn shade(&mut self) -> Result<()> {
+            Ok(())
+        }
+
+        fn resolve(&mut self, _last: bool) -> Result<()> {
+            Ok(())
+        }
+
+        fn take_ray_counts(&mut self) -> Result<RayCounts> {
+            let mut counts = RayCounts::default();
+            counts[KIND_SHADOW as usize] = u64::from(self.counted.wrapping_sub(self.taken));
+            self.taken = self.counted;
+            Ok(counts)
+        }
+
+        fn read(&mut self, _aovs: bool) -> Result<(Vec<[f32; 4]>, Vec<AovPixel>)> {
+            Ok((vec![[0.0; 4]; self.paths as usize], Vec::new()))
+        }
+
+        fn seconds(&self) -> BTreeMap<String, f64> {
+            BTreeMap::new()
+        }
+    }
+
+    #[test]
+    fn rays_of_more_lights_than_a_device_can_count_are_counted() {
+        let settings = Settings { width: 1024, height: 1024, spp: 1, ..Settings::default() };
+        for lights in [1, 2048, 4095, 10_000] {
+            let plan = Plan { lights, ambient: false, bounces: false, aovs: false };
+            let (_, counts) = render(&mut Counter::default(), &settings, plan, &mut |_| {}).unwrap();
+            assert_eq!(counts[KIND_SHADOW as usize], u64::from(lights) << 20);
+        }
+    }
 }
