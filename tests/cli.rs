@@ -235,3 +235,47 @@ fn occupancy_names_its_limiter_and_draws() {
     caribou(&["occupancy", "--regs", "33", "--threads", "1024"]).success().stdout(contains("the launch fails"));
     caribou(&[&demand[..], &["-o", "a.gif"]].concat()).code(2).stderr(contains(".svg"));
 }
+
+#[test]
+fn quantised_nodes_are_for_strategy_direct() {
+    let bench = ["bench", "builtin:cornell", "--twin", "--width", "16", "--height", "16", "--runs", "1"];
+    let both = caribou(&[&bench[..], &["--rays", "primary", "--nodes", "full,quantised"]].concat());
+    both.success().stdout(contains("full").and(contains("quantised")));
+    for strategy in ["migrate", "persistent", "all"] {
+        let refused = caribou(&[&bench[..], &["--nodes", "quantised", "--strategy", strategy]].concat());
+        refused.code(2).stderr(contains("use --strategy direct or --nodes full"));
+    }
+    caribou(&["render", "--twin", "--nodes", "quantised", "--strategy", "migrate"])
+        .code(2)
+        .stderr(contains("--nodes full"));
+}
+
+#[test]
+fn stability_makes_a_row_for_every_method() {
+    let folder = folder();
+    let out = folder.path().join("report");
+    caribou(&["stability", "--quick", "-o", &text(&out)]).success().stdout(contains("stability.html"));
+    let json: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("stability.json")).unwrap()).unwrap();
+    let html = std::fs::read_to_string(out.join("stability.html")).unwrap();
+    let methods = [
+        "triangle test",
+        "ray offset",
+        "box test",
+        "quantised nodes",
+        "stack",
+        "trail",
+        "contention",
+        "intervals",
+        "cache mapping",
+        "queues",
+        "counters",
+        "timers",
+    ];
+    for method in methods {
+        assert!(json["rows"].as_array().unwrap().iter().any(|row| row["method"] == method), "{method}");
+        assert!(html.contains(&format!("<td>{method}</td>")), "{method}");
+    }
+    assert!(html.contains("<svg") && !html.contains("src=") && out.join("stability.csv").exists());
+    let file = text(&out.join("stability.json"));
+    caribou(&["stability", "--quick", "-o", &file]).code(2).stderr(contains("cannot create"));
+}

@@ -10,6 +10,7 @@ mod output;
 mod progress;
 mod render;
 mod scene;
+mod stability;
 mod verify;
 
 use std::ffi::OsString;
@@ -40,6 +41,7 @@ enum Command {
     Verify(verify::Verify),
     Model(Box<model::Model>),
     Occupancy(occupancy::Occupancy),
+    Stability(stability::Stability),
 }
 
 /// Runs the program on `args` (the program's name first) and returns its exit code:
@@ -62,6 +64,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Verify(command) => command.run(),
         Command::Model(command) => command.run(),
         Command::Occupancy(command) => command.run(),
+        Command::Stability(command) => command.run(),
     };
     finish(result)
 }
