@@ -28,7 +28,7 @@ fn text(path: &Path) -> String {
 fn help_and_version_are_no_errors() {
     caribou(&["--help"]).success().stdout(contains("Exit codes"));
     caribou(&["--version"]).success().stdout(contains(env!("CARGO_PKG_VERSION")));
-    for command in ["render", "info", "bench", "scene", "verify", "model", "occupancy", "paper", "diff"] {
+    for command in ["render", "info", "bench", "scene", "verify", "model", "occupancy", "paper", "diff", "stability"] {
         caribou(&[command, "--help"]).success();
     }
 }
@@ -413,4 +413,48 @@ fn noise_targets_are_reached_or_the_picture_is_written_with_exit_code_1() {
     run(&["--noise-target", "0.0001", "--time-limit", "0"]).code(1).stderr(contains("after 0 s (--time-limit)"));
     run(&["--time-limit", "0"]).success().stdout(contains("1 spp"));
     assert_eq!(report()["rays"]["primary"], 40 * 32);
+}
+
+#[test]
+fn quantised_nodes_are_for_strategy_direct() {
+    let bench = ["bench", "builtin:cornell", "--twin", "--width", "16", "--height", "16", "--runs", "1"];
+    let both = caribou(&[&bench[..], &["--rays", "primary", "--nodes", "full,quantised"]].concat());
+    both.success().stdout(contains("full").and(contains("quantised")));
+    for strategy in ["migrate", "persistent", "all"] {
+        let refused = caribou(&[&bench[..], &["--nodes", "quantised", "--strategy", strategy]].concat());
+        refused.code(2).stderr(contains("use --strategy direct or --nodes full"));
+    }
+    caribou(&["render", "--twin", "--nodes", "quantised", "--strategy", "migrate"])
+        .code(2)
+        .stderr(contains("--nodes full"));
+}
+
+#[test]
+fn stability_makes_a_row_for_every_method() {
+    let folder = folder();
+    let out = folder.path().join("report");
+    caribou(&["stability", "--quick", "-o", &text(&out)]).success().stdout(contains("stability.html"));
+    let json: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("stability.json")).unwrap()).unwrap();
+    let html = std::fs::read_to_string(out.join("stability.html")).unwrap();
+    let methods = [
+        "triangle test",
+        "ray offset",
+        "box test",
+        "quantised nodes",
+        "stack",
+        "trail",
+        "contention",
+        "intervals",
+        "cache mapping",
+        "queues",
+        "counters",
+        "timers",
+    ];
+    for method in methods {
+        assert!(json["rows"].as_array().unwrap().iter().any(|row| row["method"] == method), "{method}");
+        assert!(html.contains(&format!("<td>{method}</td>")), "{method}");
+    }
+    assert!(html.contains("<svg") && !html.contains("src=") && out.join("stability.csv").exists());
+    let file = text(&out.join("stability.json"));
+    caribou(&["stability", "--quick", "-o", &file]).code(2).stderr(contains("cannot create"));
 }

@@ -7,6 +7,7 @@ mod common;
 
 use caribou::bvh::{Bvh, Quality};
 use caribou::layout::{Hit, Ray};
+use caribou::stability::naive::moller_trumbore;
 use caribou::trace::{Query, TracerOptions};
 use caribou::twin;
 use common::closed::{Closed, close_ray, meshes, ray};
@@ -96,19 +97,4 @@ fn leak_no_ray(scenes: &[(Closed, Bvh)], ray: fn(&Closed, u32) -> Ray, trace: im
             return;
         }
     }
-}
-
-/// Möller and Trumbore 1997, as it stands in most ray tracers.
-fn moller_trumbore(ray: &Ray, [a, b, c]: [Vec3; 3]) -> bool {
-    let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction));
-    let (edge1, edge2) = (b - a, c - a);
-    let p = direction.cross(edge2);
-    let determinant = edge1.dot(p);
-    if determinant == 0.0 {
-        return false;
-    }
-    let s = origin - a;
-    let q = s.cross(edge1);
-    let (u, v, t) = (s.dot(p) / determinant, direction.dot(q) / determinant, edge2.dot(q) / determinant);
-    u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0
 }

@@ -12,6 +12,7 @@ mod paper;
 mod progress;
 mod render;
 mod scene;
+mod stability;
 mod verify;
 
 use std::ffi::OsString;
@@ -44,6 +45,7 @@ enum Command {
     Model(Box<model::Model>),
     Occupancy(occupancy::Occupancy),
     Paper(Box<paper::Paper>),
+    Stability(stability::Stability),
 }
 
 /// Runs the program on `args` (the program's name first) and returns its exit code:
@@ -68,6 +70,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Model(command) => command.run(),
         Command::Occupancy(command) => command.run(),
         Command::Paper(command) => command.run(),
+        Command::Stability(command) => command.run(),
     };
     finish(result)
 }

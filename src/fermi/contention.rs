@@ -74,19 +74,6 @@ mod tests {
         Stage { customers: 64.0 * sms, think: 295.0, servers: 1.0, service: 4.545 / 12.0 }
     }
 
-    /// Throughput by feeding the mean wait of M/D/1 back: what not to do.
-    fn naive(stage: &Stage, rounds: usize) -> Vec<f64> {
-        let mut throughput = 0.0;
-        (0..rounds)
-            .map(|_| {
-                let rho = throughput * stage.service / stage.servers;
-                let wait = if rho < 1.0 { stage.service * rho / (2.0 * (1.0 - rho)) } else { f64::INFINITY };
-                throughput = stage.customers / (stage.think + stage.service + wait);
-                throughput
-            })
-            .collect()
-    }
-
     #[test]
     fn equation_1_is_as_by_hand() {
         let amat = Amat { l1: 5.0, l2: 130.0, dram: 250.0, traffic: 20.0, l1_miss: 0.2, l2_miss: 0.5 };
@@ -115,14 +102,6 @@ mod tests {
             let x = rho * (s.think / s.service + 1.0 + rho / (2.0 * (1.0 - rho)));
             assert!((x * s.servers / s.customers - 1.0).abs() < 1e-6, "{sms}");
         }
-    }
-
-    #[test]
-    fn naive_iteration_settles_at_low_load_and_flips_for_ever_near_saturation() {
-        let settled = naive(&stage(1.0), 100);
-        assert!((settled[99] / stage(1.0).throughput() - 1.0).abs() < 1e-6);
-        let saturated = naive(&stage(14.0), 100);
-        assert!((saturated[98] - saturated[99]).abs() > 0.5 * saturated[98].max(saturated[99]), "{saturated:?}");
     }
 
     #[test]

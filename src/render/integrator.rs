@@ -9,6 +9,9 @@ use crate::Result;
 use crate::shared::*;
 use crate::twin::tiles::tile_count;
 
+/// Rays are counted after so many lights: a device counts in 32 bits, and a batch has up to 2^20 paths.
+const LIGHTS_COUNTED: u32 = 2048;
+
 /// What bounds the loop over lights and bounces.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan {
@@ -134,6 +137,9 @@ impl Run<'_> {
             }
             for light in 0..plan.lights {
                 self.stages.light(light)?;
+                if (light + 1).is_multiple_of(LIGHTS_COUNTED) {
+                    self.count()?;
+                }
             }
             if plan.ambient {
                 self.stages.light(LIGHT_AMBIENT)?;

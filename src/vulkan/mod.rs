@@ -43,4 +43,4 @@ pub use pipeline::Pipeline;
 pub use probe::Probe;
 pub use recorder::Recorder;
 pub use select::{DeviceInfo, DeviceKind, Heap, Limits};
-pub use timestamps::{Span, Timings};
+pub use timestamps::{Span, Timings, ticks_between};

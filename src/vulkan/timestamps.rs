@@ -34,6 +34,12 @@ impl Timings {
     }
 }
 
+/// Ticks from one reading of a timer of `bits` valid bits to the next: bits beyond those are undefined, and the timer may
+/// have wrapped once.
+pub fn ticks_between(begin: u64, end: u64, bits: u32) -> u64 {
+    end.wrapping_sub(begin) & (u64::MAX >> (64 - bits.clamp(1, 64)))
+}
+
 pub(super) struct Timestamps {
     context: Arc<Context>,
     pools: Vec<vk::QueryPool>,
@@ -79,10 +85,8 @@ impl Timestamps {
             // SAFETY: as many queries of this pool were written as `ticks` has places.
             unsafe { self.context.device.get_query_pool_results(pool, 0, ticks, flags) }?;
         }
-        // Bits beyond the valid ones are undefined, and the counter may wrap.
-        let mask = u64::MAX >> (64 - self.context.timestamp_bits.clamp(1, 64));
-        let period = self.context.info.limits.timestamp_period;
-        let seconds = ticks.windows(2).map(|pair| (pair[1].wrapping_sub(pair[0]) & mask) as f64 * period);
+        let (bits, period) = (self.context.timestamp_bits, self.context.info.limits.timestamp_period);
+        let seconds = ticks.windows(2).map(|pair| ticks_between(pair[0], pair[1], bits) as f64 * period);
         Ok(self.labels.iter().cloned().zip(seconds).map(|(label, seconds)| Span { label, seconds }).collect())
     }
 }

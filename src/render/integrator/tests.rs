@@ -10,8 +10,10 @@ use crate::render::noise::LEAST_SAMPLES;
 /// Samples of odd tiles alternate between 0.5 + and 0.5 - this.
 const AMPLITUDE: f32 = 0.2;
 
-/// Each sample takes a second.
+/// Each sample takes a second. Shadow rays, one a path and light, are counted in 32 bits, as on devices.
 struct Fake<'a> {
+    counted: u32,
+    taken: u32,
     capacity: u32,
     tiles: Vec<u32>,
     batch: (usize, usize),
@@ -19,7 +21,11 @@ struct Fake<'a> {
     seconds: &'a Cell<f64>,
 }
 
-impl Fake<'_> {
+impl<'a> Fake<'a> {
+    fn new(capacity: u32, seconds: &'a Cell<f64>) -> Fake<'a> {
+        Fake { counted: 0, taken: 0, capacity, tiles: vec![], batch: (0, 0), samples: vec![], seconds }
+    }
+
     fn pixel(&self, tile: u32) -> ([f32; 4], f32) {
         let amplitude = if tile % 2 == 1 { AMPLITUDE } else { 0.0 };
         let values = self.samples.iter().map(|sample| if sample % 2 == 0 { 0.5 + amplitude } else { 0.5 - amplitude });
@@ -52,6 +58,7 @@ impl Stages for Fake<'_> {
         Ok(())
     }
     fn light(&mut self, _light: u32) -> Result<()> {
+        self.counted = self.counted.wrapping_add(self.batch.1 as u32 * WARP);
         Ok(())
     }
     fn shade(&mut self) -> Result<()> {
@@ -62,7 +69,10 @@ impl Stages for Fake<'_> {
         Ok(())
     }
     fn take_ray_counts(&mut self) -> Result<RayCounts> {
-        Ok(RayCounts::default())
+        let mut counts = RayCounts::default();
+        counts[KIND_SHADOW as usize] = u64::from(self.counted.wrapping_sub(self.taken));
+        self.taken = self.counted;
+        Ok(counts)
     }
     fn read(&mut self, _aovs: bool) -> Result<Batch> {
         let mut batch = Batch::default();
@@ -82,7 +92,7 @@ impl Stages for Fake<'_> {
 fn rendered(capacity: u32, spp: u32, noise_target: Option<f32>, time_limit: Option<f64>) -> Rendered {
     let settings = Settings { width: 40, height: 8, spp, noise_target, time_limit, ..Settings::default() };
     let clock = Cell::new(0.0);
-    let mut fake = Fake { capacity, tiles: vec![], batch: (0, 0), samples: vec![], seconds: &clock };
+    let mut fake = Fake::new(capacity, &clock);
     let plan = Plan { lights: 0, ambient: false, bounces: false, aovs: false };
     let mut shares = Vec::new();
     let report = &mut |progress: Progress| shares.push(progress.share);
@@ -146,4 +156,16 @@ fn without_a_goal_all_pixels_get_all_samples() {
     let Rendered { rays, sampling, .. } = rendered(3 * WARP, 7, None, None);
     assert_eq!((sampling.min, sampling.max, sampling.saved), (7, 7, 0.0));
     assert_eq!((rays[KIND_PRIMARY as usize], sampling.tiles_done), (7 * 320, 10));
+}
+
+#[test]
+fn rays_of_more_lights_than_a_device_can_count_are_counted() {
+    let settings = Settings { width: 1024, height: 1024, spp: 1, ..Settings::default() };
+    for lights in [1, 2048, 4095, 10_000] {
+        let plan = Plan { lights, ambient: false, bounces: false, aovs: false };
+        let clock = Cell::new(0.0);
+        let mut fake = Fake::new(1 << 20, &clock);
+        let rendered = render(&mut fake, &settings, plan, &|| clock.get(), &mut |_| {}).unwrap();
+        assert_eq!(rendered.rays[KIND_SHADOW as usize], u64::from(lights) << 20);
+    }
 }

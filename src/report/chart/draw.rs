@@ -41,8 +41,8 @@ const CHARACTER: f64 = 0.62;
 /// A chart's size, without title, legend and note.
 const WIDTH: i32 = 600;
 const PLOT_HEIGHT: i32 = 280;
-/// Around the plot: tick labels and axis labels.
-const LEFT: i32 = 78;
+/// Around the plot: the label of its vertical axis, beside which tick labels come; the right edge; ticks and label below.
+const LEFT: i32 = 34;
 const RIGHT: i32 = 24;
 const BELOW: i32 = 48;
 const GAP: i32 = 12;
@@ -105,7 +105,7 @@ fn draw_panel(root: &Area, panel: &Panel, (left, top): Place, title_height: i32)
         let style = (FONT, em(TITLE)).into_font().style(FontStyle::Bold).color(&BLACK);
         root.draw(&Text::new(line.clone(), (left + GAP, y), style))?;
     }
-    let plot = Plot::new(panel.chart, (left + LEFT, top + title_height + GAP / 2));
+    let plot = Plot::new(panel.chart, (left, top + title_height + GAP / 2));
     plot.axes(root, panel.chart)?;
     for (index, series) in panel.chart.series.iter().enumerate() {
         plot.series(root, series, index)?;
@@ -137,8 +137,14 @@ fn draw_panel(root: &Area, panel: &Panel, (left, top): Place, title_height: i32)
     Ok(())
 }
 
+/// Most numbers on an axis.
+const X_TICKS: usize = 8;
+const Y_TICKS: usize = 7;
+
 /// The rectangle that data are drawn in, in pixels, and its axes.
 struct Plot {
+    /// Left edge of the chart.
+    edge: i32,
     left: i32,
     right: i32,
     top: i32,
@@ -153,13 +159,16 @@ impl Plot {
         let ends = |point: &Point| {
             [point.y, point.interval.map_or(point.y, |i| i[0]), point.interval.map_or(point.y, |i| i[1])]
         };
+        let y = Scale::of(&chart.y, points.clone().flat_map(ends));
+        let widest = y.ticks(Y_TICKS).iter().map(|tick| width(&tick.label, TEXT)).max().unwrap_or(0);
         Plot {
-            left,
-            right: left + WIDTH - LEFT - RIGHT,
+            edge: left,
+            left: left + LEFT + widest,
+            right: left + WIDTH - RIGHT,
             top,
             bottom: top + PLOT_HEIGHT,
-            x: Scale::of(&chart.x, points.clone().map(|point| point.x)),
-            y: Scale::of(&chart.y, points.flat_map(ends)),
+            x: Scale::of(&chart.x, points.map(|point| point.x)),
+            y,
         }
     }
 
@@ -176,12 +185,12 @@ impl Plot {
     }
 
     fn axes(&self, root: &Area, chart: &Chart) -> Drawn {
-        for tick in self.x.ticks(8) {
+        for tick in self.x.ticks(X_TICKS) {
             let x = self.x(tick.at);
             line(root, vec![(x, self.top), (x, self.bottom)], GRID, 1)?;
             text(root, &tick.label, (x, self.bottom + 6), HPos::Center, VPos::Top)?;
         }
-        for tick in self.y.ticks(7) {
+        for tick in self.y.ticks(Y_TICKS) {
             let y = self.y(tick.at);
             line(root, vec![(self.left, y), (self.right, y)], GRID, 1)?;
             text(root, &tick.label, (self.left - 6, y), HPos::Right, VPos::Center)?;
@@ -193,7 +202,7 @@ impl Plot {
         text(root, &chart.x.text(), middle, HPos::Center, VPos::Top)?;
         let style = (FONT, em(TEXT)).into_font().transform(FontTransform::Rotate270).color(&BLACK);
         let style = style.pos(Pos::new(HPos::Center, VPos::Top));
-        root.draw(&Text::new(chart.y.text(), (self.left - LEFT + 6, (self.top + self.bottom) / 2), style))?;
+        root.draw(&Text::new(chart.y.text(), (self.edge + 6, (self.top + self.bottom) / 2), style))?;
         Ok(())
     }
 

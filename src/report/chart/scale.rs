@@ -126,7 +126,7 @@ fn number(value: f64, step: f64) -> String {
     // A hair more, for powers of ten that are not exact.
     let exponent = |v: f64| (v.abs().log10() + 1e-9).floor() as i32;
     let (e, digits) = (exponent(value), exponent(value) - exponent(step));
-    if (-3..5).contains(&e) || digits > 3 {
+    if (-3..5).contains(&e) || (-3..7).contains(&e) && digits > 3 {
         return format!("{value:.*}", (-exponent(step)).max(0) as usize);
     }
     let mantissa = format!("{:.*}", digits.max(0) as usize, value / 10f64.powi(e));

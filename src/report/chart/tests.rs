@@ -24,6 +24,8 @@ fn labels(log: bool, values: &[f64]) -> Vec<String> {
 fn ticks_are_round_numbers() {
     assert_eq!(labels(false, &[0.0, 10.0]), ["0", "2", "4", "6", "8", "10"]);
     assert_eq!(labels(false, &[1e6, 9e6]), ["0", "2×10⁶", "4×10⁶", "6×10⁶", "8×10⁶"]);
+    assert_eq!(labels(false, &[1.8876e11, 1.8884e11])[0], "1.8876×10¹¹");
+    assert_eq!(labels(false, &[1_234_500.0, 1_234_600.0])[1], "1234520");
     assert_eq!(labels(false, &[0.9, 0.96]), ["0.90", "0.91", "0.92", "0.93", "0.94", "0.95", "0.96"]);
     assert_eq!(labels(false, &[-1.0, 1.0]), ["-1.0", "-0.5", "0", "0.5", "1.0"]);
     assert_eq!(labels(true, &[1.0, 1000.0]), ["1", "10", "100", "1000"]);
