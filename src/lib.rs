@@ -10,6 +10,7 @@ pub mod layout;
 pub mod render;
 pub mod report;
 pub mod scene;
+pub mod statistics;
 pub mod trace;
 pub mod twin;
 #[allow(unsafe_code, reason = "the one module that talks to the Vulkan driver")]

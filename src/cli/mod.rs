@@ -10,6 +10,7 @@ mod output;
 mod progress;
 mod render;
 mod scene;
+mod tolerance;
 mod verify;
 
 use std::ffi::OsString;

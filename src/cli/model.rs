@@ -3,16 +3,18 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::ArgPredicate;
 
 use super::input::SceneArguments;
-use super::output;
+use super::{output, tolerance};
 use crate::atomic_file::check_writable;
 use crate::bvh::{Owners, Policy};
 use crate::fermi::plan::Grouping;
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
+use crate::render::features::Features;
 use crate::render::rays::{RayKind, twin_rays};
 use crate::render::settings::Settings;
-use crate::report::experiment::{self, Migrate, Recorded};
+use crate::report::experiment::{self, Migrate, Recorded, Traceable};
 use crate::report::{model, reference};
 use crate::trace::Strategy;
 use crate::trace::exchange::{read_rays, read_tree, record_reference};
@@ -70,8 +72,14 @@ pub struct Model {
     #[arg(long, value_enum, default_value_t)]
     grouping: Grouping,
     /// How exactly time is modelled
-    #[arg(long, value_enum, default_value_t = Fidelity::Cycles)]
+    #[arg(long, value_enum, default_value_t = Fidelity::Cycles, default_value_if("tolerance", ArgPredicate::IsPresent, "sampled"))]
     fidelity: Fidelity,
+    /// Sample no more warps than cycles and L1 miss rate within this part of themselves need, e.g. 0.02
+    #[arg(long, value_name = "X", value_parser = tolerance::fraction, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// With a tolerance: give the best answer after this time
+    #[arg(long, value_name = "SECONDS", requires = "tolerance", value_parser = tolerance::seconds, allow_negative_numbers = true)]
+    time_limit: Option<f64>,
     /// Change a number of the machine, e.g. sms=8 or l1.kib=48, or of a kernel, e.g. kernel.registers=32;
     /// those of strategy migrate are schedule, subtree and queue
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -98,7 +106,8 @@ impl Model {
             }
             _ => {
                 let prediction = self.predict()?;
-                self.show(&prediction, || model::table(&prediction))
+                self.show(&prediction, || model::table(&prediction))?;
+                tolerance::check(prediction.tolerance.as_ref())
             }
         }
     }
@@ -120,6 +129,12 @@ impl Model {
 
     fn predict(&self) -> Result<Prediction> {
         let model = experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
+        if self.fidelity == Fidelity::Sampled && (self.strategy != Strategy::Direct || self.bvh.is_some()) {
+            return Err(Error::usage("--fidelity sampled", "it samples the rays of a scene under strategy direct"));
+        }
+        if self.fidelity != Fidelity::Sampled && self.tolerance.is_some() {
+            return Err(Error::usage("--tolerance", "it goes with --fidelity sampled alone"));
+        }
         if let (Some(bvh), Some(rays)) = (&self.bvh, &self.ray_file) {
             if self.strategy == Strategy::Migrate {
                 return Err(Error::usage("--strategy migrate with --bvh", "subtrees are cut in scenes: name one"));
@@ -142,12 +157,24 @@ impl Model {
             transparent: false,
         };
         settings.check()?;
+        let features = Features::of(&prepared.scene, None);
+        if self.fidelity == Fidelity::Sampled && self.rays == RayKind::Reflect && !features.mirrors && !features.glass {
+            let what = "--rays reflect: no material reflects or refracts, so a picture has no such pass";
+            return Err(Error::usage(
+                what,
+                "nothing needs to be modelled; other fidelities mirror rays at any surface",
+            ));
+        }
         let rays = twin_rays(&prepared.bvh, &prepared.tables, &settings.frame(&camera), self.rays);
         if rays.is_empty() {
             return Err(Error::usage("no rays", "the camera sees nothing: choose another, or primary rays"));
         }
-        let (_, trace) = record_steps(&prepared.bvh, &rays, self.rays.query());
         let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
+        if self.fidelity == Fidelity::Sampled {
+            let rays = Traceable { bvh: &prepared.bvh, children: &children, rays: &rays, query: self.rays.query() };
+            return model.sampled(&rays, &tolerance::request(self.tolerance, self.time_limit));
+        }
+        let (_, trace) = record_steps(&prepared.bvh, &rays, self.rays.query());
         let recorded = Recorded { trace: &trace, children: &children, triangles: prepared.bvh.triangle_count };
         match self.strategy {
             Strategy::Migrate => model.migrated(&recorded, &prepared.bvh, &self.migrate()),

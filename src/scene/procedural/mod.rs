@@ -6,7 +6,7 @@ mod forest;
 pub(crate) mod mesh;
 mod needles;
 mod noise;
-mod random;
+pub(crate) mod random;
 mod room;
 pub(crate) mod sphere;
 pub(crate) mod surface;

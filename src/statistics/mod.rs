@@ -1,0 +1,31 @@
+//! Estimates with intervals from samples of clusters: rays of a warp resemble each other, so that the warp, not the
+//! ray, is what a sample consists of. Pure.
+
+mod student;
+
+pub use student::quantile;
+
+/// The usual confidence.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// An estimate and its interval.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Estimate {
+    /// The estimate.
+    pub value: f64,
+    /// Low and high end.
+    pub interval: [f64; 2],
+}
+
+impl Estimate {
+    /// Whether the interval holds `truth`.
+    pub fn holds(&self, truth: f64) -> bool {
+        (self.interval[0]..=self.interval[1]).contains(&truth)
+    }
+
+    /// Half the interval's width as a part of the estimate; infinite for an estimate of 0 that is not certain.
+    pub fn relative_error(&self) -> f64 {
+        let half = 0.5 * (self.interval[1] - self.interval[0]);
+        if half == 0.0 { 0.0 } else { half / self.value.abs() }
+    }
+}
