@@ -13,6 +13,7 @@ mod progress;
 mod render;
 mod scene;
 mod stability;
+mod tolerance;
 mod verify;
 
 use std::ffi::OsString;

@@ -3,23 +3,25 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use clap::builder::ArgPredicate;
 
-use super::input::SceneArguments;
-use super::output;
+use super::input::{Prepared, SceneArguments};
+use super::{output, tolerance};
 use crate::atomic_file::check_writable;
 use crate::bvh::{Owners, Policy};
 use crate::fermi::plan::Grouping;
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
+use crate::render::features::Features;
 use crate::render::rays::{Batch, RayKind, twin_batch};
 use crate::render::settings::Settings;
 use crate::report::chart::Format;
-use crate::report::experiment::{self, Migrate, Recording};
+use crate::report::experiment::{self, Migrate, Recording, Traceable};
 use crate::report::search;
 use crate::report::sweep::Sweep;
 use crate::report::{model, reference};
-use crate::trace::Strategy;
 use crate::trace::exchange::{read_rays, read_tree, record_reference};
 use crate::trace::steps::record_steps;
+use crate::trace::{Ray, Strategy};
 use crate::{Error, Result, scene};
 
 /// Predict cycles, cache misses and speed on a described machine
@@ -79,8 +81,14 @@ pub struct Model {
     #[arg(long, value_enum, default_value_t)]
     grouping: Grouping,
     /// How exactly time is modelled
-    #[arg(long, value_enum, default_value_t = Fidelity::Cycles)]
+    #[arg(long, value_enum, default_value_t = Fidelity::Cycles, default_value_if("tolerance", ArgPredicate::IsPresent, "sampled"))]
     fidelity: Fidelity,
+    /// Sample no more warps than cycles and L1 miss rate within this part of themselves need, e.g. 0.02
+    #[arg(long, value_name = "X", value_parser = tolerance::fraction, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// With a tolerance: give the best answer after this time
+    #[arg(long, value_name = "SECONDS", requires = "tolerance", value_parser = tolerance::seconds, allow_negative_numbers = true)]
+    time_limit: Option<f64>,
     /// Change a number of the machine, e.g. sms=8 or l1.kib=48, or of a kernel, e.g. kernel.registers=32;
     /// those of strategy migrate are schedule, subtree and queue
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -120,6 +128,9 @@ impl Model {
                 self.show(&rows, || reference::table(&rows))
             }
             _ => {
+                if self.fidelity == Fidelity::Sampled {
+                    return self.sample();
+                }
                 let recording = self.record()?;
                 match &self.sweep {
                     Some(sweep) => self.sweep(sweep, &recording),
@@ -178,14 +189,38 @@ impl Model {
         output::print(&table())
     }
 
+    /// Predicts from as few rays as the tolerance allows.
+    fn sample(&self) -> Result<()> {
+        let model = experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
+        if self.strategy != Strategy::Direct || self.bvh.is_some() || self.sweep.is_some() || self.search {
+            return Err(Error::usage("--fidelity sampled", "it samples the rays of a scene under strategy direct"));
+        }
+        let (prepared, rays) = self.rays()?;
+        let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
+        let traceable = Traceable { bvh: &prepared.bvh, children: &children, rays: &rays, query: self.rays.query() };
+        let prediction = model.sampled(&traceable, &tolerance::request(self.tolerance, self.time_limit))?;
+        self.show(&prediction, || model::table(&prediction))?;
+        tolerance::check(prediction.tolerance.as_ref())
+    }
+
     fn record(&self) -> Result<Recording> {
         // What cannot be predicted is refused before anything is traced.
         experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
+        if self.tolerance.is_some() {
+            return Err(Error::usage("--tolerance", "it goes with --fidelity sampled alone"));
+        }
         if let (Some(bvh), Some(rays)) = (&self.bvh, &self.ray_file) {
             let tree = read_tree(bvh)?;
             let (_, trace) = record_reference(&tree, &read_rays(rays)?);
             return Ok(Recording { trace, children: tree.children, triangles: tree.triangles.len(), bvh: None });
         }
+        let (prepared, rays) = self.rays()?;
+        let (_, trace) = record_steps(&prepared.bvh, &rays, self.rays.query());
+        let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
+        Ok(Recording { trace, children, triangles: prepared.bvh.triangle_count, bvh: Some(prepared.bvh) })
+    }
+
+    fn rays(&self) -> Result<(Prepared, Vec<Ray>)> {
         let prepared = self.scene.prepare(self.quiet)?;
         let camera = scene::select_camera(&prepared.scene, self.scene.camera.as_deref())?;
         let settings = Settings {
@@ -195,13 +230,19 @@ impl Model {
             ..Settings::default()
         };
         settings.check()?;
+        let features = Features::of(&prepared.scene, None);
+        if self.fidelity == Fidelity::Sampled && self.rays == RayKind::Reflect && !features.mirrors && !features.glass {
+            let what = "--rays reflect: no material reflects or refracts, so a picture has no such pass";
+            return Err(Error::usage(
+                what,
+                "nothing needs to be modelled; other fidelities mirror rays at any surface",
+            ));
+        }
         let batch = Batch { kind: self.rays, per_hit: self.per_hit, sorted: self.sort };
         let rays = twin_batch(&prepared.bvh, &prepared.tables, &settings.frame(&camera), batch);
         if rays.is_empty() {
             return Err(Error::usage("no rays", "the camera sees nothing: choose another, or primary rays"));
         }
-        let (_, trace) = record_steps(&prepared.bvh, &rays, self.rays.query());
-        let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
-        Ok(Recording { trace, children, triangles: prepared.bvh.triangle_count, bvh: Some(prepared.bvh) })
+        Ok((prepared, rays))
     }
 }

@@ -7,6 +7,7 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::ops::Range;
 
 use super::addresses::Addresses;
 use super::cache::{Cache, Lookup};
@@ -41,27 +42,92 @@ pub fn replay(machine: &Machine, launches: &[Launch]) -> Result<Vec<Part>> {
     Ok(parts)
 }
 
+/// What a block of threads did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Span {
+    /// Cycles from its launch to its end.
+    pub cycles: f64,
+    /// Accesses of the L1 by its warps.
+    pub l1: Counts,
+    /// Accesses of the L2 that followed.
+    pub l2: Counts,
+    /// Instructions of its warps.
+    pub instructions: Instructions,
+    /// Node and leaf visits of its warps.
+    pub visits: u64,
+    /// Cycles that its warps spent in arithmetic, summed.
+    pub compute: f64,
+    /// Cycles that its warps spent in waiting for loads and for issue, summed.
+    pub memory: f64,
+}
+
+impl Span {
+    /// Adds `times` what another block did.
+    pub(super) fn add(&mut self, other: &Span, times: f64) {
+        let scaled = |n: u64| (n as f64 * times).round() as u64;
+        let counts = |c: Counts| Counts {
+            accesses: scaled(c.accesses),
+            misses: scaled(c.misses),
+            pending_hits: scaled(c.pending_hits),
+            refused: scaled(c.refused),
+        };
+        self.cycles += other.cycles * times;
+        self.l1.add(counts(other.l1));
+        self.l2.add(counts(other.l2));
+        self.instructions.warp += scaled(other.instructions.warp);
+        self.instructions.thread += scaled(other.instructions.thread);
+        self.visits += scaled(other.visits);
+        self.compute += other.compute * times;
+        self.memory += other.memory * times;
+    }
+}
+
 /// What a pass finds.
-#[derive(Clone, Debug, Default)]
-struct Outcome {
-    cycles: f64,
-    l1: Counts,
-    l2: Counts,
-    instructions: Instructions,
-    visits: u64,
-    /// Mean warps at work while any is, on all multiprocessors together.
-    warps_in_flight: f64,
+#[derive(Clone, Debug)]
+pub(super) struct Outcome {
+    /// Of the launch.
+    pub(super) cycles: f64,
     /// Mean cycles for which a multiprocessor is at work.
-    busy_cycles: f64,
-    /// Cycles that warps spent in arithmetic and in waiting for loads.
-    compute: f64,
-    memory: f64,
+    pub(super) busy_cycles: f64,
+    /// All blocks together.
+    pub(super) total: Span,
+    /// Each block.
+    pub(super) spans: Vec<Span>,
 }
 
 impl Outcome {
-    fn load(&self) -> Load {
-        Load { warps_in_flight: self.warps_in_flight, busy_cycles: self.busy_cycles, l2: self.l2 }
+    pub(super) fn load(&self) -> Load {
+        let warps_in_flight = (self.total.compute + self.total.memory) / self.busy_cycles.max(1.0);
+        Load { warps_in_flight, busy_cycles: self.busy_cycles, l2: self.total.l2 }
     }
+}
+
+/// One pass over `launch` with an L2 that is empty at first, loads taking `times`.
+///
+/// # Errors
+/// [`crate::Error::Usage`] if no block fits a multiprocessor.
+pub(super) fn pass(machine: &Machine, launch: &Launch, times: Times, tree: TreeInL2) -> Result<Outcome> {
+    let mut l2 = SecondLevel::new(machine);
+    if tree == TreeInL2::Stays {
+        let lines = Layout::new(&launch.workload, 0).tree();
+        l2.stays = Some(Touched { seen: vec![false; (lines.end - lines.start) as usize], lines });
+    }
+    Ok(Replay::new(machine, launch, times, &mut l2)?.run())
+}
+
+/// What becomes of the tree's lines in the L2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TreeInL2 {
+    /// They are replaced as others are.
+    Replaced,
+    /// Once there they stay, so that nothing is looked up: cold misses only.
+    Stays,
+}
+
+/// Lines that stay, and which of them have come.
+struct Touched {
+    lines: Range<u64>,
+    seen: Vec<bool>,
 }
 
 struct Resident<'a> {
@@ -70,6 +136,7 @@ struct Resident<'a> {
     /// Next segment of the batch.
     segment: usize,
     sm: usize,
+    slot: usize,
     block: usize,
 }
 
@@ -83,7 +150,7 @@ struct Multiprocessor {
     port_free: f64,
     /// When the port from the network is free of lines asked for so far.
     reply_free: f64,
-    /// Warps left of each resident block.
+    /// Warps left of the block in each slot.
     blocks: Vec<usize>,
     end: f64,
 }
@@ -103,8 +170,8 @@ struct Replay<'a> {
     vacant: Vec<usize>,
     /// Clock and number of each warp, earliest first.
     next: BinaryHeap<Reverse<(u64, usize)>>,
-    started: usize,
-    outcome: Outcome,
+    /// Blocks launched so far.
+    spans: Vec<Span>,
 }
 
 /// The L2, which outlives a launch.
@@ -113,18 +180,30 @@ struct SecondLevel {
     slices: Vec<Cache>,
     /// Accesses of all caches so far: the clock of their replacement.
     ticks: u64,
+    /// Lines that are never replaced, if there are any.
+    stays: Option<Touched>,
 }
 
 impl SecondLevel {
     fn new(machine: &Machine) -> SecondLevel {
         let sets = machine.l2.slice_kib * 1024 / LINE / machine.l2.ways;
         let slice = Cache::new(sets, machine.l2.ways, Mapping::Linear);
-        SecondLevel { addresses: Addresses::new(machine), slices: vec![slice; machine.l2.slices as usize], ticks: 0 }
+        SecondLevel {
+            addresses: Addresses::new(machine),
+            slices: vec![slice; machine.l2.slices as usize],
+            ticks: 0,
+            stays: None,
+        }
     }
 
     /// One line. Returns whether it was there.
     fn access(&mut self, line: u64, counts: &mut Counts) -> bool {
         counts.accesses += 1;
+        if let Some(tree) = self.stays.as_mut().filter(|tree| tree.lines.contains(&line)) {
+            let seen = std::mem::replace(&mut tree.seen[(line - tree.lines.start) as usize], true);
+            counts.misses += u64::from(!seen);
+            return seen;
+        }
         let home = self.addresses.home(line);
         let slice = &mut self.slices[home.slice];
         match slice.look(home.local) {
@@ -170,8 +249,7 @@ impl<'a> Replay<'a> {
             warps: Vec::new(),
             vacant: Vec::new(),
             next: BinaryHeap::new(),
-            started: 0,
-            outcome: Outcome::default(),
+            spans: Vec::with_capacity(launch.blocks()),
         })
     }
 
@@ -188,27 +266,31 @@ impl<'a> Replay<'a> {
                 None => self.finish(warp, f64::from_bits(clock)),
             }
         }
-        let sms = self.sms.len() as f64;
-        let mut outcome = self.outcome;
-        outcome.cycles = self.sms.iter().map(|sm| sm.end).fold(0.0, f64::max);
-        outcome.busy_cycles = self.sms.iter().map(|sm| sm.end).sum::<f64>() / sms;
-        outcome.warps_in_flight = (outcome.compute + outcome.memory) / outcome.busy_cycles.max(1.0);
-        outcome
+        let ends = || self.sms.iter().map(|sm| sm.end);
+        let mut total = Span::default();
+        self.spans.iter().for_each(|span| total.add(span, 1.0));
+        Outcome {
+            cycles: ends().fold(0.0, f64::max),
+            busy_cycles: ends().sum::<f64>() / self.sms.len() as f64,
+            total,
+            spans: self.spans,
+        }
     }
 
     fn launch(&mut self, sm: usize, slot: usize, now: f64) {
-        if self.started == self.launch.blocks() {
+        let block = self.spans.len();
+        if block == self.launch.blocks() {
             return;
         }
-        let block = self.started;
-        self.started += 1;
+        // Until it ends, its beginning.
+        self.spans.push(Span { cycles: -now, ..Span::default() });
         let threads = self.launch.block_threads().next_multiple_of(LANES);
         let thread = (threads * (sm + self.sms.len() * slot)) as u64;
         let count = self.launch.warps_of(block);
         self.sms[sm].blocks[slot] = count;
         for warp in 0..count {
             let run = Warp::new(self.launch, self.layout, block, warp, thread + (warp * LANES) as u64);
-            let resident = Resident { run, batch: Batch::default(), segment: 0, sm, block: slot };
+            let resident = Resident { run, batch: Batch::default(), segment: 0, sm, slot, block };
             let place = self.vacant.pop().unwrap_or(self.warps.len());
             match self.warps.get_mut(place) {
                 Some(vacant) => *vacant = resident,
@@ -219,30 +301,31 @@ impl<'a> Replay<'a> {
     }
 
     fn finish(&mut self, warp: usize, now: f64) {
-        let (sm, slot) = (self.warps[warp].sm, self.warps[warp].block);
+        let Resident { sm, slot, block, .. } = self.warps[warp];
         self.vacant.push(warp);
         self.sms[sm].end = self.sms[sm].end.max(now);
         self.sms[sm].blocks[slot] -= 1;
         if self.sms[sm].blocks[slot] == 0 {
+            self.spans[block].cycles += now;
             self.launch(sm, slot, now);
         }
     }
 
     /// Runs one segment of a warp from `now` on. Returns its clock after it, none if it has ended.
     fn advance(&mut self, warp: usize, now: f64) -> Option<f64> {
-        let Resident { run, batch, segment, sm: at, .. } = &mut self.warps[warp];
+        let Resident { run, batch, segment, sm: at, block: of, .. } = &mut self.warps[warp];
         if *segment == batch.segments.len() {
             run.advance(batch);
             *segment = 0;
         }
         let Segment { block, lanes, memory } = *batch.segments.get(*segment)?;
         *segment += 1;
-        let (batch, at) = (std::mem::take(batch), *at);
+        let (batch, at, of) = (std::mem::take(batch), *at, *of);
         let cost = self.costs[block as usize];
         let mut slowest: f64 = 0.0;
         for op in &batch.memory[memory.0 as usize..memory.1 as usize] {
             for &line in &batch.lines[op.lines.0 as usize..op.lines.1 as usize] {
-                slowest = slowest.max(self.access(at, op.access, line, now));
+                slowest = slowest.max(self.access((at, of), op.access, line, now));
             }
         }
         self.warps[warp].batch = batch;
@@ -250,16 +333,18 @@ impl<'a> Replay<'a> {
         let sm = &mut self.sms[at];
         sm.issue_free = sm.issue_free.max(now) + cost.instructions as f64 / width;
         let end = (now + cost.with(slowest as u64) as f64).max(sm.issue_free);
-        self.outcome.compute += cost.cycles as f64;
-        self.outcome.memory += end - now - cost.cycles as f64;
-        self.outcome.instructions.warp += cost.instructions;
-        self.outcome.instructions.thread += cost.instructions * u64::from(lanes);
-        self.outcome.visits += u64::from(block.visits());
+        let span = &mut self.spans[of];
+        span.compute += cost.cycles as f64;
+        span.memory += end - now - cost.cycles as f64;
+        span.instructions.warp += cost.instructions;
+        span.instructions.thread += cost.instructions * u64::from(lanes);
+        span.visits += u64::from(block.visits());
         Some(end)
     }
 
-    /// One line through the L1, one a cycle. Returns the cycles that it takes more than a hit.
-    fn access(&mut self, at: usize, access: Access, line: u64, now: f64) -> f64 {
+    /// One line through the L1 of multiprocessor `at` for block `of`, one a cycle. Returns the cycles that it takes
+    /// more than a hit.
+    fn access(&mut self, (at, of): (usize, usize), access: Access, line: u64, now: f64) -> f64 {
         self.l2.ticks += 1;
         let ticks = self.l2.ticks;
         let virtual_cache = match self.launch.virtual_caches {
@@ -269,7 +354,7 @@ impl<'a> Replay<'a> {
         let sm = &mut self.sms[at];
         let start = sm.port_free.max(now);
         sm.port_free = start + 1.0;
-        self.outcome.l1.accesses += 1;
+        self.spans[of].l1.accesses += 1;
         let mut wait = start - now;
         let found = sm.cache.look_in(virtual_cache, line);
         if let (Lookup::Hit(way) | Lookup::Pending(way), false) = (found, access == Access::Store) {
@@ -277,17 +362,17 @@ impl<'a> Replay<'a> {
             if access == Access::Push {
                 sm.cache.dirty(way);
             } else if sm.fills[way] > start {
-                self.outcome.l1.pending_hits += 1;
+                self.spans[of].l1.pending_hits += 1;
                 return wait + sm.fills[way] - start;
             }
             return wait;
         }
-        self.outcome.l1.misses += 1;
+        self.spans[of].l1.misses += 1;
         if access.writes() {
             if let Lookup::Hit(way) | Lookup::Pending(way) = found {
                 sm.cache.evict(way);
             }
-            self.l2.access(line, &mut self.outcome.l2);
+            self.l2.access(line, &mut self.spans[of].l2);
             return wait;
         }
         // With all MSHRs taken, the load pipeline stands still until the first line comes.
@@ -299,9 +384,9 @@ impl<'a> Replay<'a> {
         {
             wait += (f64::from_bits(fill) - start).max(0.0);
             sm.port_free = start + wait + 1.0;
-            self.outcome.l1.refused += 1;
+            self.spans[of].l1.refused += 1;
         }
-        let hit = self.l2.access(line, &mut self.outcome.l2);
+        let hit = self.l2.access(line, &mut self.spans[of].l2);
         let latency = self.times.traffic + if hit { self.times.l2 } else { self.times.dram };
         // Lines come one after the other, and a warp asks for several at once.
         let sm = &mut self.sms[at];
@@ -316,30 +401,32 @@ impl<'a> Replay<'a> {
             sm.fills[way] = fill;
             sm.under_way.push(Reverse(fill.to_bits()));
             if let Some(replaced) = replaced {
-                self.l2.access(replaced, &mut self.outcome.l2);
+                self.l2.access(replaced, &mut self.spans[of].l2);
             }
         }
         wait + latency
     }
 }
 
-fn part(machine: &Machine, launch: &Launch, times: Times, outcome: &Outcome) -> Result<Part> {
+/// The result of a launch.
+pub(super) fn part(machine: &Machine, launch: &Launch, times: Times, outcome: &Outcome) -> Result<Part> {
+    let total = &outcome.total;
     let sms = f64::from(machine.sms);
     // The throughput law: no faster than issue and the channels allow.
-    let issue = outcome.instructions.warp as f64 / sms / f64::from(machine.sm.schedulers.min(machine.sm.fetch));
-    let memory = outcome.l2.misses as f64 * line_cycles(machine) / f64::from(machine.dram.channels);
+    let issue = total.instructions.warp as f64 / sms / f64::from(machine.sm.schedulers.min(machine.sm.fetch));
+    let memory = total.l2.misses as f64 * line_cycles(machine) / f64::from(machine.dram.channels);
     let cycles = outcome.cycles.max(issue).max(memory).ceil();
-    let efficiency = outcome.instructions.efficiency();
+    let efficiency = total.instructions.efficiency();
     let stalled = (outcome.busy_cycles - issue).max(0.0);
-    let share = outcome.memory / (outcome.memory + outcome.compute).max(1.0);
+    let share = total.memory / (total.memory + total.compute).max(1.0);
     Ok(Part {
         stage: launch.stage,
         cycles,
-        instructions: outcome.instructions,
-        visits: outcome.visits,
-        l1: outcome.l1,
-        l2: outcome.l2,
-        latency: times.latency(outcome.l1, outcome.l2),
+        instructions: total.instructions,
+        visits: total.visits,
+        l1: total.l1,
+        l2: total.l2,
+        latency: times.latency(total.l1, total.l2),
         occupancy: launchable(machine, launch)?,
         cpi: CpiStack {
             base: issue * efficiency,

@@ -16,6 +16,7 @@ pub mod occupancy;
 pub mod plan;
 pub mod profile;
 pub mod result;
+pub mod sampled;
 pub mod settings;
 pub mod simt;
 pub mod sort;
@@ -28,7 +29,7 @@ use launch::Launch;
 use machine::Machine;
 use result::{Accounting, Fidelity, Prediction};
 
-use crate::Result;
+use crate::{Error, Result};
 
 /// Predicts what `machine` does with `launches`, which follow each other.
 ///
@@ -44,6 +45,10 @@ pub fn predict(
         Fidelity::Cycles => cycles::replay(machine, launches)?,
         Fidelity::Caches => caches::replay(machine, launches)?,
         Fidelity::Counters => counters::predict(machine, launches)?,
+        // A sample is worth it where rays are not recorded yet: see `sampled::predict`.
+        Fidelity::Sampled => {
+            return Err(Error::usage("--fidelity sampled", "it samples the rays of a scene under strategy direct"));
+        }
     };
     Ok(Prediction::of(machine, launches, &parts, (fidelity, accounting)))
 }

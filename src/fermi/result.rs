@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::launch::{Launch, Stage};
 use super::machine::Machine;
 use super::occupancy::{Limiter, Occupancy};
+use super::sampled::Effort;
 use super::simt::LANES;
 
 /// Accesses of a cache, one a line of a warp's memory instruction. Refused accesses are repeated and not counted
@@ -54,6 +55,8 @@ pub struct CacheResult {
     pub counts: Counts,
     /// Misses an access.
     pub miss_rate: f64,
+    /// Where the miss rate of a sample's population is with 95 % confidence.
+    pub interval: Option<[f64; 2]>,
     /// Misses a node or leaf visit of a warp.
     pub miss_rate_per_visit: f64,
 }
@@ -62,7 +65,7 @@ impl CacheResult {
     /// `visits`: node and leaf visits of warps.
     pub fn new(counts: Counts, visits: u64) -> CacheResult {
         let miss_rate_per_visit = counts.misses as f64 / visits.max(1) as f64;
-        CacheResult { counts, miss_rate: counts.miss_rate(), miss_rate_per_visit }
+        CacheResult { counts, miss_rate: counts.miss_rate(), interval: None, miss_rate_per_visit }
     }
 }
 
@@ -158,6 +161,8 @@ impl Instructions {
 pub enum Fidelity {
     /// Closed form from totals.
     Counters,
+    /// Caches replayed for a sample of warps, with an interval.
+    Sampled,
     /// Caches replayed, time by closed form.
     Caches,
     /// Everything replayed.
@@ -214,6 +219,8 @@ pub struct StageCycles {
 pub struct Prediction {
     /// Core cycles.
     pub cycles: u64,
+    /// Where the cycles of a sample's population are with 95 % confidence.
+    pub interval: Option<[f64; 2]>,
     /// Million rays a second at the machine's clock.
     pub mrays_per_s: f64,
     /// Rays traced.
@@ -244,6 +251,9 @@ pub struct Prediction {
     pub accounting: Accounting,
     /// Modelled seconds: cycles at the machine's clock.
     pub seconds: f64,
+    /// What a sample cost and left out.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Effort>,
 }
 
 impl Prediction {
@@ -286,6 +296,7 @@ impl Prediction {
         let seconds = cycles / (machine.clock_mhz * 1e6);
         Prediction {
             cycles: cycles as u64,
+            interval: None,
             mrays_per_s: if cycles > 0.0 { rays as f64 / seconds / 1e6 } else { 0.0 },
             rays,
             simd_efficiency: instructions.efficiency(),
@@ -301,7 +312,15 @@ impl Prediction {
             fidelity,
             accounting,
             seconds,
+            tolerance: None,
         }
+    }
+
+    /// That of a sample, with intervals of cycles and of the miss rates of both caches.
+    pub fn sampled(mut self, [cycles, l1, l2]: [[f64; 2]; 3], effort: Effort) -> Prediction {
+        (self.interval, self.l1.interval, self.l2.interval) = (Some(cycles), Some(l1), Some(l2));
+        self.tolerance = Some(effort);
+        self
     }
 }
 

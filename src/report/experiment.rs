@@ -8,7 +8,11 @@ use crate::fermi::launch::{Launch, Stage, Work, Workload};
 use crate::fermi::machine::Machine;
 use crate::fermi::plan::{FreeVisits, Grouping, Kernels, Migration};
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
-use crate::trace::{StepTrace, Strategy};
+use crate::fermi::sampled::{self, Request, Source};
+use crate::layout::{Ray, RayCounters};
+use crate::trace::steps::record_steps;
+use crate::trace::{Query, StepTrace, Strategy};
+use crate::twin::trace::trace_ray;
 use crate::{Error, Result};
 
 /// What the rays did, and the tree they did it in.
@@ -39,6 +43,46 @@ impl Recording {
     /// Borrowed.
     pub fn recorded(&self) -> Recorded<'_> {
         Recorded { trace: &self.trace, children: &self.children, triangles: self.triangles }
+    }
+}
+
+/// Rays not traced yet, and the tree to trace them in.
+#[derive(Clone, Copy, Debug)]
+pub struct Traceable<'a> {
+    /// The tree.
+    pub bvh: &'a Bvh,
+    /// Child links of each node.
+    pub children: &'a [[u32; 2]],
+    /// The rays.
+    pub rays: &'a [Ray],
+    /// What is asked of them.
+    pub query: Query,
+}
+
+impl Source for Traceable<'_> {
+    fn rays(&self) -> usize {
+        self.rays.len()
+    }
+
+    fn visits(&self, ray: usize) -> u32 {
+        let mut counters = RayCounters::default();
+        match self.query {
+            Query::Closest => trace_ray::<false, _>(self.bvh, &self.rays[ray], &mut counters, &mut ()),
+            Query::Any => trace_ray::<true, _>(self.bvh, &self.rays[ray], &mut counters, &mut ()),
+        };
+        counters.node_visits + counters.leaf_visits
+    }
+
+    fn record(&self, rays: std::ops::Range<usize>) -> StepTrace {
+        record_steps(self.bvh, &self.rays[rays], self.query).1
+    }
+
+    fn children(&self) -> &[[u32; 2]] {
+        self.children
+    }
+
+    fn triangles(&self) -> usize {
+        self.bvh.triangle_count
     }
 }
 
@@ -146,6 +190,14 @@ impl Model {
                 predict(&[visits.launch(workload, &self.kernel)])
             }
         }
+    }
+
+    /// Strategy `direct` for rays that are traced as the sample wants them.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] if the kernel does not fit the machine.
+    pub fn sampled(&self, rays: &Traceable, request: &Request) -> Result<Prediction> {
+        sampled::predict(&self.machine, &self.kernel, rays, request)
     }
 
     fn launch<'a>(&'a self, workload: Workload<'a>, work: Work<'a>, virtual_caches: bool) -> Launch<'a> {

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use crate::fermi::result::{CacheResult, Prediction};
+use crate::fermi::sampled::Effort;
 
 /// A prediction as a table.
 pub fn table(p: &Prediction) -> String {
@@ -21,6 +22,16 @@ pub fn table(p: &Prediction) -> String {
     line("latency", format!("{:.1} cycles a line fetched, {:.1} an access", p.latency.memory, p.latency.mean));
     let o = &p.occupancy;
     line("occupancy", format!("{} blocks, {} warps, limited by {}", o.blocks, o.warps, name(&o.limiter)));
+    if let (Some(effort), Some([low, high])) = (&p.tolerance, p.interval) {
+        line("95 % interval", format!("{low:.0} to {high:.0} cycles, {:.2} % either way", 100.0 * effort.reached));
+        line("warps replayed", format!("{} of {}", effort.sampled_warps, effort.warps));
+        for skipped in &effort.skipped {
+            line("left out", format!("{}: {}", skipped.what, skipped.why));
+        }
+        let Effort { seconds_recording, seconds_model, saving_estimated, .. } = effort;
+        let saving = format!("{saving_estimated:.1} times less than the full replay, by estimate");
+        line("cost", format!("{seconds_recording:.2} s of recording, {seconds_model:.2} s of modelling; {saving}"));
+    }
     for (part, cycles) in p.cpi.parts() {
         line(part, format!("{cycles:>12.0} cycles {:>6.1} %", 100.0 * cycles / p.cpi.total().max(1.0)));
     }
@@ -29,9 +40,10 @@ pub fn table(p: &Prediction) -> String {
 
 fn cache(c: &CacheResult) -> String {
     let n = &c.counts;
+    let interval = c.interval.map_or(String::new(), |[low, high]| format!(" ({low:.4} to {high:.4})"));
     format!(
-        "{} accesses, {} misses, {} pending hits, miss rate {:.4}, {:.4} a visit",
-        n.accesses, n.misses, n.pending_hits, c.miss_rate, c.miss_rate_per_visit
+        "{} accesses, {} misses, {} pending hits, miss rate {:.4}{}, {:.4} a visit",
+        n.accesses, n.misses, n.pending_hits, c.miss_rate, interval, c.miss_rate_per_visit
     )
 }
 

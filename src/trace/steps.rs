@@ -38,6 +38,14 @@ impl StepTrace {
         &self.steps[self.starts[ray] as usize..self.starts[ray + 1] as usize]
     }
 
+    /// Adds the rays of `more` after those here.
+    pub fn append(&mut self, more: &StepTrace) {
+        let base = self.steps.len() as u64;
+        self.starts.pop();
+        self.starts.extend(more.starts.iter().map(|start| base + start));
+        self.steps.extend(&more.steps);
+    }
+
     /// Records each ray by `trace`, which appends the ray's steps; in parallel, in the order of `rays`.
     pub fn record<H: Send>(rays: &[Ray], trace: impl Fn(&Ray, &mut Vec<u32>) -> H + Sync) -> (Vec<H>, StepTrace) {
         let part = |rays: &[Ray]| {

@@ -1,0 +1,142 @@
+//! Intervals judged by the full replay.
+
+use std::fmt::Write;
+
+use super::*;
+use crate::bvh::Bvh;
+use crate::layout::Ray;
+use crate::render::rays::{RayKind, twin_rays};
+use crate::render::settings::Settings;
+use crate::report::experiment::Traceable;
+use crate::scene::tables::Tables;
+use crate::scene::{self, Scene, builtin, procedural};
+
+/// Rays of a scene.
+struct Case {
+    name: String,
+    kind: RayKind,
+    bvh: Bvh,
+    children: Vec<[u32; 2]>,
+    rays: Vec<Ray>,
+}
+
+impl Case {
+    fn new(name: &str, scene: &Scene, kind: RayKind, (width, height): (u32, u32)) -> Case {
+        let bvh = Bvh::build(&scene.positions, Default::default()).unwrap();
+        let camera = scene::select_camera(scene, None).unwrap();
+        let settings = Settings {
+            width,
+            height,
+            max_depth: 0,
+            ao_radius: Settings::default_ao_radius(bvh.bounds),
+            ..Settings::default()
+        };
+        let rays = twin_rays(&bvh, &Tables::new(scene), &settings.frame(&camera), kind);
+        let children = bvh.nodes.iter().map(|node| node.child).collect();
+        Case { name: name.to_owned(), kind, bvh, children, rays }
+    }
+
+    fn source(&self) -> Traceable<'_> {
+        Traceable { bvh: &self.bvh, children: &self.children, rays: &self.rays, query: self.kind.query() }
+    }
+}
+
+fn scenes() -> Vec<(String, Scene)> {
+    let builtin = |name: &str| (name.to_owned(), scene::load_slice(name, builtin::builtin(name).unwrap()).unwrap());
+    let procedural = |name: &str| (name.to_owned(), procedural::build(name, 20_000, 1).unwrap());
+    let mut all: Vec<_> = ["cornell", "courtyard", "gallery"].map(builtin).into();
+    all.extend(["room", "forest", "blob"].map(procedural));
+    all
+}
+
+/// A seventh of a GTX 480, so that small pictures have many stretches.
+fn machine() -> Machine {
+    Machine::named("gtx480", &["sms=2".to_owned(), "l2.slice_kib=8".to_owned()]).unwrap()
+}
+
+fn request(tolerance: f64, seed: u64) -> Request {
+    Request { tolerance, time_limit: None, seed }
+}
+
+fn truth(machine: &Machine, kernel: &Kernel, case: &Case) -> Prediction {
+    full(machine, kernel, &case.source(), &request(1.0, 1), Spent::default()).unwrap()
+}
+
+#[test]
+fn intervals_hold_the_full_replay() {
+    const SEEDS: u64 = 17;
+    let (machine, kernel) = (machine(), Kernel::named("while-while", &[]).unwrap());
+    let (mut held, mut all, mut text) = ([0; 3], 0, String::new());
+    for (name, scene) in &scenes() {
+        for kind in [RayKind::Primary, RayKind::Diffuse] {
+            let case = Case::new(name, scene, kind, (192, 144));
+            let truth = truth(&machine, &kernel, &case);
+            let truth = [truth.cycles as f64, truth.l1.miss_rate, truth.l2.miss_rate];
+            let (mut bias, mut half) = ([0.0; 3], [0.0; 3]);
+            for seed in 0..SEEDS {
+                let design = Design::new(&machine, &kernel, &case.source(), seed).unwrap();
+                let mut sample = Sample::default();
+                let draws = (&design, FIRST_DRAWS);
+                sample.extend(&machine, &kernel, &case.source(), draws, &mut Spent::default()).unwrap();
+                let e = Estimates::new(&design, &sample, FIRST_DRAWS, seed);
+                for (k, (e, truth)) in [e.cycles, e.l1, e.l2].iter().zip(truth).enumerate() {
+                    held[k] += usize::from(e.holds(truth));
+                    bias[k] += (e.value / truth - 1.0) / SEEDS as f64;
+                    half[k] += e.relative_error() / SEEDS as f64;
+                }
+                all += 1;
+            }
+            let _ = writeln!(text, "{} {}: bias {bias:.3?}, half interval {half:.3?}", case.name, kind.name());
+        }
+    }
+    println!("{text}held {held:?} of {all}");
+    assert!(all >= 200);
+    for held in held {
+        assert!(held as f64 >= 0.9 * f64::from(all), "cycles, L1, L2 held {held} of {all}\n{text}");
+    }
+}
+
+#[test]
+fn a_tolerance_out_of_reach_of_samples_ends_in_the_full_replay() {
+    let (machine, kernel) = (machine(), Kernel::named("while-while", &[]).unwrap());
+    let (name, scene) = &scenes()[0];
+    let case = Case::new(name, scene, RayKind::Primary, (128, 96));
+    let exact = truth(&machine, &kernel, &case);
+    let tight = predict(&machine, &kernel, &case.source(), &request(1e-6, 1)).unwrap();
+    assert_eq!((tight.cycles, tight.l1, tight.l2), (exact.cycles, exact.l1, exact.l2));
+    let effort = tight.tolerance.unwrap();
+    assert!(effort.met && effort.reached == 0.0 && effort.sampled_warps == effort.warps);
+    assert_eq!(tight.interval, Some([exact.cycles as f64; 2]));
+}
+
+#[test]
+fn a_loose_tolerance_replays_less_and_a_time_limit_stops_the_climb() {
+    let (machine, kernel) = (machine(), Kernel::named("while-while", &[]).unwrap());
+    let (name, scene) = &scenes()[0];
+    let case = Case::new(name, scene, RayKind::Diffuse, (384, 256));
+    let loose = predict(&machine, &kernel, &case.source(), &request(1.0, 1)).unwrap();
+    let effort = loose.tolerance.unwrap();
+    assert!(effort.met && effort.sampled_warps < effort.warps && effort.saving_estimated > 1.0, "{effort:?}");
+    let hurried = Request { time_limit: Some(1e-9), ..request(1e-3, 1) };
+    let effort = predict(&machine, &kernel, &case.source(), &hurried).unwrap().tolerance.unwrap();
+    assert!(!effort.met && effort.reached > 1e-3, "{effort:?}");
+}
+
+#[test]
+fn a_tree_at_home_in_the_l2_needs_no_replay_there() {
+    let (machine, kernel) = (Machine::named("gtx480", &[]).unwrap(), Kernel::named("while-while", &[]).unwrap());
+    let (name, scene) = &scenes()[0];
+    for kind in [RayKind::Primary, RayKind::Diffuse] {
+        let case = Case::new(name, scene, kind, (256, 192));
+        let p = truth(&machine, &kernel, &case);
+        let left_out = &p.tolerance.as_ref().unwrap().skipped;
+        assert!(left_out.iter().any(|skipped| skipped.what == "replay of the BVH in the L2"), "{left_out:?}");
+        let trace = case.source().record(0..case.rays.len());
+        let source = case.source();
+        let launches = [launch(&kernel, workload(&source, &trace))];
+        let parts = caches::replay(&machine, &launches).unwrap();
+        let whole = Prediction::of(&machine, &launches, &parts, (Fidelity::Caches, Accounting::Full));
+        assert!((p.cycles as f64 / whole.cycles as f64 - 1.0).abs() < 0.02, "{} {}", p.cycles, whole.cycles);
+        assert!((p.l2.miss_rate / whole.l2.miss_rate - 1.0).abs() < 0.02, "{:?} {:?}", p.l2, whole.l2);
+    }
+}
