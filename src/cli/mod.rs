@@ -12,6 +12,7 @@ mod paper;
 mod progress;
 mod render;
 mod scene;
+mod study;
 mod verify;
 
 use std::ffi::OsString;
@@ -44,6 +45,7 @@ enum Command {
     Model(Box<model::Model>),
     Occupancy(occupancy::Occupancy),
     Paper(Box<paper::Paper>),
+    Study(study::Study),
 }
 
 /// Runs the program on `args` (the program's name first) and returns its exit code:
@@ -68,6 +70,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Model(command) => command.run(),
         Command::Occupancy(command) => command.run(),
         Command::Paper(command) => command.run(),
+        Command::Study(command) => command.run(),
     };
     finish(result)
 }

@@ -18,6 +18,7 @@ pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod statistics;
+pub mod study;
 pub mod sweep;
 pub mod tracing;
 pub mod verify;
