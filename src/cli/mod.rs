@@ -13,6 +13,7 @@ mod progress;
 mod render;
 mod scene;
 mod stability;
+mod study;
 mod tolerance;
 mod verify;
 
@@ -47,6 +48,7 @@ enum Command {
     Occupancy(occupancy::Occupancy),
     Paper(Box<paper::Paper>),
     Stability(stability::Stability),
+    Study(study::Study),
 }
 
 /// Runs the program on `args` (the program's name first) and returns its exit code:
@@ -72,6 +74,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
         Command::Occupancy(command) => command.run(),
         Command::Paper(command) => command.run(),
         Command::Stability(command) => command.run(),
+        Command::Study(command) => command.run(),
     };
     finish(result)
 }

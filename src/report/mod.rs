@@ -19,6 +19,7 @@ pub mod render;
 pub mod scene;
 pub mod search;
 pub mod statistics;
+pub mod study;
 pub mod sweep;
 pub mod tracing;
 pub mod verify;

@@ -48,6 +48,6 @@ fn cache(c: &CacheResult) -> String {
 }
 
 /// The name that serde gives to a variant.
-fn name(value: &impl serde::Serialize) -> String {
+pub(super) fn name(value: &impl serde::Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }

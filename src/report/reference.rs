@@ -1,7 +1,7 @@
 //! Predictions beside the runs of an independent simulator.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
@@ -87,6 +87,32 @@ pub fn read_runs(path: &Path) -> Result<Vec<Run>> {
         .map_err(|error| Error::input(path, "runs", error.to_string(), "give a list of runs as the simulator wrote it"))
 }
 
+/// Refuses runs that cannot be compared with: none at all, of unknown simulators, or of cases that the folder `cases`
+/// does not have.
+///
+/// # Errors
+/// [`Error::Input`] that names `file`.
+pub fn check_runs(runs: &[Run], file: &Path, cases: &Path) -> Result<()> {
+    if runs.is_empty() {
+        return Err(Error::input(file, "runs", "there are none", "give a list of runs as the simulator wrote it"));
+    }
+    for run in runs {
+        let object = format!("run of {} {}", run.case, run.batch);
+        machine_of(run, &[]).map_err(|error| Error::input(file, &object, error.to_string(), "leave that run out"))?;
+        let needed = [case_file(cases, run, "bvh"), case_file(cases, run, "rays")];
+        if let Some(missing) = needed.iter().find(|path| !path.is_file()) {
+            let problem = format!("{} is not there", missing.display());
+            return Err(Error::input(file, object, problem, "give the folder with this file's cases"));
+        }
+    }
+    Ok(())
+}
+
+/// The tree of a run's case, or the rays or hits of its batch.
+fn case_file(cases: &Path, run: &Run, kind: &str) -> PathBuf {
+    cases.join(if kind == "bvh" { format!("{}.bvh", run.case) } else { format!("{}.{}.{kind}", run.case, run.batch) })
+}
+
 /// The machine that `run` was made on, and its settings.
 ///
 /// # Errors
@@ -111,8 +137,8 @@ pub fn compare(runs: &[Run], cases: &Path, fidelity: Fidelity, overrides: &[Stri
 }
 
 fn row(run: &Run, cases: &Path, fidelity: Fidelity, overrides: &[String]) -> Result<Row> {
-    let tree = read_tree(&cases.join(format!("{}.bvh", run.case)))?;
-    let file = |kind: &str| cases.join(format!("{}.{}.{kind}", run.case, run.batch));
+    let file = |kind| case_file(cases, run, kind);
+    let tree = read_tree(&file("bvh"))?;
     let rays = read_rays(&file("rays"))?;
     let (hits, trace) = record_reference(&tree, &rays);
     let expected = file("hits");

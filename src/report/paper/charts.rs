@@ -19,7 +19,7 @@ pub fn charts(report: &Report) -> Vec<Chart> {
         let alone = report.clusters.iter().find(|c| c.rays == rays && c.sms == 1).map_or(0.0, |c| c.mrays_per_s);
         let linear = report.clusters.iter().filter(|c| c.rays == rays);
         let points = linear.map(|c| (f64::from(c.sms), f64::from(c.sms) * alone));
-        speed.series.push(Series::new(format!("{rays}, linear"), Style::Front, points));
+        speed.series.push(Series::new(format!("{rays}, linear"), Style::Line, points));
     }
     vec![
         speed,
