@@ -5,14 +5,20 @@ use cpu_time::ProcessTime;
 use super::points::{Point, Quantity, Topic, error_interval, relative_error};
 use super::{KERNEL, KINDS, Request, Simulator, Steps, Subject};
 use crate::fermi::result::Fidelity;
+use crate::fermi::sampled;
 use crate::render::rays::RayKind;
-use crate::report::experiment::{Model, Recording};
+use crate::report::experiment::{Model, Recording, Traceable};
 use crate::report::reference;
-use crate::trace::Strategy;
+use crate::trace::{Ray, Strategy};
 use crate::{Error, Result};
 
 /// Ways to predict, the reference last.
 const METHODS: [Fidelity; 3] = [Fidelity::Counters, Fidelity::Caches, Fidelity::Cycles];
+
+/// Tolerances for which a sample is taken.
+const TOLERANCES: [f64; 3] = [0.2, 0.1, 0.05];
+/// Of the draws of samples.
+const SEED: u64 = 1;
 
 /// A predicted number, and its 95 % interval where it was sampled.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +37,7 @@ struct Outcome {
 
 /// Things done by [`measure`] for one scene.
 pub fn steps() -> usize {
-    KINDS.len() * METHODS.len()
+    KINDS.len() * (METHODS.len() + TOLERANCES.len())
 }
 
 /// Cycles and miss rates of a scene, each way.
@@ -44,6 +50,10 @@ pub fn measure(request: &Request, subject: &Subject, steps: &Steps) -> Result<Ve
         let rays = subject.rays(request.size, kind)?;
         let (recording, recorded_in) = subject.record(&rays, kind);
         let mut outcomes = Vec::new();
+        for tolerance in TOLERANCES {
+            outcomes.push(sample(&request.machine, subject, (&rays, kind), tolerance)?);
+            steps.done();
+        }
         for fidelity in METHODS {
             let mut outcome = predict(&request.machine, &recording, fidelity)?;
             outcome.seconds += recorded_in;
@@ -65,6 +75,21 @@ fn predict(machine: &str, recording: &Recording, fidelity: Fidelity) -> Result<O
         seconds: start.elapsed().as_secs_f64(),
         cycles: exact(prediction.cycles as f64),
         l1_miss_rate: exact(prediction.l1.miss_rate),
+    })
+}
+
+/// A sample traces its own rays.
+fn sample(machine: &str, subject: &Subject, (rays, kind): (&[Ray], RayKind), tolerance: f64) -> Result<Outcome> {
+    let model = Model::new(machine, KERNEL, &[], Fidelity::Sampled)?;
+    let start = ProcessTime::now();
+    let children: Vec<[u32; 2]> = subject.bvh.nodes.iter().map(|node| node.child).collect();
+    let rays = Traceable { bvh: &subject.bvh, children: &children, rays, query: kind.query() };
+    let prediction = model.sampled(&rays, &sampled::Request { tolerance, time_limit: None, seed: SEED })?;
+    Ok(Outcome {
+        method: format!("{} {tolerance}", name(Fidelity::Sampled)),
+        seconds: start.elapsed().as_secs_f64(),
+        cycles: Estimate { value: prediction.cycles as f64, interval: prediction.interval },
+        l1_miss_rate: Estimate { value: prediction.l1.miss_rate, interval: prediction.l1.interval },
     })
 }
 
