@@ -7,7 +7,6 @@
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::ops::Range;
 
 use super::addresses::Addresses;
 use super::cache::{Cache, Lookup};
@@ -106,28 +105,8 @@ impl Outcome {
 ///
 /// # Errors
 /// [`crate::Error::Usage`] if no block fits a multiprocessor.
-pub(super) fn pass(machine: &Machine, launch: &Launch, times: Times, tree: TreeInL2) -> Result<Outcome> {
-    let mut l2 = SecondLevel::new(machine);
-    if tree == TreeInL2::Stays {
-        let lines = Layout::new(&launch.workload, 0).tree();
-        l2.stays = Some(Touched { seen: vec![false; (lines.end - lines.start) as usize], lines });
-    }
-    Ok(Replay::new(machine, launch, times, &mut l2)?.run())
-}
-
-/// What becomes of the tree's lines in the L2.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum TreeInL2 {
-    /// They are replaced as others are.
-    Replaced,
-    /// Once there they stay, so that nothing is looked up: cold misses only.
-    Stays,
-}
-
-/// Lines that stay, and which of them have come.
-struct Touched {
-    lines: Range<u64>,
-    seen: Vec<bool>,
+pub(super) fn pass(machine: &Machine, launch: &Launch, times: Times) -> Result<Outcome> {
+    Ok(Replay::new(machine, launch, times, &mut SecondLevel::new(machine))?.run())
 }
 
 struct Resident<'a> {
@@ -180,30 +159,18 @@ struct SecondLevel {
     slices: Vec<Cache>,
     /// Accesses of all caches so far: the clock of their replacement.
     ticks: u64,
-    /// Lines that are never replaced, if there are any.
-    stays: Option<Touched>,
 }
 
 impl SecondLevel {
     fn new(machine: &Machine) -> SecondLevel {
         let sets = machine.l2.slice_kib * 1024 / LINE / machine.l2.ways;
         let slice = Cache::new(sets, machine.l2.ways, Mapping::Linear);
-        SecondLevel {
-            addresses: Addresses::new(machine),
-            slices: vec![slice; machine.l2.slices as usize],
-            ticks: 0,
-            stays: None,
-        }
+        SecondLevel { addresses: Addresses::new(machine), slices: vec![slice; machine.l2.slices as usize], ticks: 0 }
     }
 
     /// One line. Returns whether it was there.
     fn access(&mut self, line: u64, counts: &mut Counts) -> bool {
         counts.accesses += 1;
-        if let Some(tree) = self.stays.as_mut().filter(|tree| tree.lines.contains(&line)) {
-            let seen = std::mem::replace(&mut tree.seen[(line - tree.lines.start) as usize], true);
-            counts.misses += u64::from(!seen);
-            return seen;
-        }
         let home = self.addresses.home(line);
         let slice = &mut self.slices[home.slice];
         match slice.look(home.local) {

@@ -21,8 +21,9 @@ pub fn table(report: &Report) -> String {
         let rate = r.mrays_per_s.map_or("-".to_owned(), |m| format!("{:.3} ({:.3}-{:.3})", m.median, m.low, m.high));
         let _ = writeln!(
             text,
-            "{:<10} {:<8} {:>10} {:>10} {:>22} {:>10.2} {:>10.2} {:>6.3}  {}",
+            "{:<10} {:<9} {:<8} {:>10} {:>10} {:>22} {:>10.2} {:>10.2} {:>6.3}  {}",
             r.tracing.strategy.name(),
+            r.tracing.nodes.name(),
             r.rays.name(),
             r.ray_count,
             r.hits,

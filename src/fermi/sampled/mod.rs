@@ -10,7 +10,6 @@
 
 mod design;
 mod estimate;
-mod needs;
 mod schedule;
 mod stretch;
 
@@ -22,11 +21,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-pub use needs::Skipped;
-
 use self::design::Design;
 use self::estimate::Estimates;
-use self::needs::{skipped, tree_in_l2};
 use self::stretch::Sample;
 use super::caches;
 use super::kernel::Kernel;
@@ -66,6 +62,15 @@ pub struct Request {
     pub time_limit: Option<f64>,
     /// Of the draws.
     pub seed: u64,
+}
+
+/// Something left out.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Skipped {
+    /// What.
+    pub what: &'static str,
+    /// Why.
+    pub why: String,
 }
 
 /// What was done for it.
@@ -156,7 +161,8 @@ fn answer(
     let parts = [caches::part(machine, &launches[0], times, &estimates.outcome)?];
     let prediction = Prediction::of(machine, &launches, &parts, (Fidelity::Sampled, Accounting::Full));
     let reached = estimates.relative_error();
-    let share = sample.recorded as f64 / design.blocks() as f64;
+    let share = 100.0 * sample.recorded as f64 / design.blocks() as f64;
+    let why = format!("{share:.1} % of the blocks tell enough");
     let effort = Effort {
         asked: request.tolerance,
         reached,
@@ -164,7 +170,7 @@ fn answer(
         interval: estimates.cycles.interval,
         sampled_warps: sample.warps(kernel),
         warps: source.rays().div_ceil(super::simt::LANES),
-        skipped: skipped(machine, &launches[0].workload, share),
+        skipped: vec![Skipped { what: "replay of the other blocks", why }],
         seconds_recording: spent.recording,
         seconds_model: spent.model,
         saving_estimated: (FULL_PASSES * design.blocks()) as f64 / sample.replayed as f64,
@@ -183,14 +189,7 @@ fn full(
     let trace = timed(&mut spent.recording, || source.record(0..source.rays()));
     let launches = [launch(kernel, workload(source, &trace))];
     let before = spent.recording + spent.model;
-    let parts = timed(&mut spent.model, || {
-        let tree = tree_in_l2(machine, &launches[0].workload);
-        let unloaded = Times::unloaded(machine);
-        let load = caches::pass(machine, &launches[0], unloaded, tree)?.load();
-        let times = unloaded.with_queues(machine, &load);
-        let outcome = caches::pass(machine, &launches[0], times, tree)?;
-        Ok([caches::part(machine, &launches[0], times, &outcome)?])
-    })?;
+    let parts = timed(&mut spent.model, || caches::replay(machine, &launches))?;
     let prediction = Prediction::of(machine, &launches, &parts, (Fidelity::Sampled, Accounting::Full));
     let [cycles, l1, l2] = [prediction.cycles as f64, prediction.l1.miss_rate, prediction.l2.miss_rate];
     let warps = source.rays().div_ceil(super::simt::LANES);
@@ -202,7 +201,7 @@ fn full(
         interval: [cycles; 2],
         sampled_warps: warps,
         warps,
-        skipped: skipped(machine, &launches[0].workload, 1.0),
+        skipped: Vec::new(),
         seconds_recording: spent.recording,
         seconds_model: spent.model,
         saving_estimated: (all - before) / all,

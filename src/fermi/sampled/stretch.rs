@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::design::Design;
-use super::needs::tree_in_l2;
 use super::{Source, Spent, launch, timed, workload};
 use crate::Result;
 use crate::fermi::caches::{self, Span};
@@ -55,18 +54,17 @@ impl Sample {
             trace
         });
         let launch = launch(kernel, workload(source, &trace));
-        let tree = tree_in_l2(machine, &launch.workload);
         let outcome = timed(&mut spent.model, || {
             let times = match self.times {
                 Some(times) => times,
                 None => {
                     self.replayed += launch.blocks();
                     let unloaded = Times::unloaded(machine);
-                    unloaded.with_queues(machine, &caches::pass(machine, &launch, unloaded, tree)?.load())
+                    unloaded.with_queues(machine, &caches::pass(machine, &launch, unloaded)?.load())
                 }
             };
             self.times = Some(times);
-            caches::pass(machine, &launch, times, tree)
+            caches::pass(machine, &launch, times)
         })?;
         self.replayed += launch.blocks();
         self.recorded += launch.blocks();

@@ -121,22 +121,3 @@ fn a_loose_tolerance_replays_less_and_a_time_limit_stops_the_climb() {
     let effort = predict(&machine, &kernel, &case.source(), &hurried).unwrap().tolerance.unwrap();
     assert!(!effort.met && effort.reached > 1e-3, "{effort:?}");
 }
-
-#[test]
-fn a_tree_at_home_in_the_l2_needs_no_replay_there() {
-    let (machine, kernel) = (Machine::named("gtx480", &[]).unwrap(), Kernel::named("while-while", &[]).unwrap());
-    let (name, scene) = &scenes()[0];
-    for kind in [RayKind::Primary, RayKind::Diffuse] {
-        let case = Case::new(name, scene, kind, (256, 192));
-        let p = truth(&machine, &kernel, &case);
-        let left_out = &p.tolerance.as_ref().unwrap().skipped;
-        assert!(left_out.iter().any(|skipped| skipped.what == "replay of the BVH in the L2"), "{left_out:?}");
-        let trace = case.source().record(0..case.rays.len());
-        let source = case.source();
-        let launches = [launch(&kernel, workload(&source, &trace))];
-        let parts = caches::replay(&machine, &launches).unwrap();
-        let whole = Prediction::of(&machine, &launches, &parts, (Fidelity::Caches, Accounting::Full));
-        assert!((p.cycles as f64 / whole.cycles as f64 - 1.0).abs() < 0.02, "{} {}", p.cycles, whole.cycles);
-        assert!((p.l2.miss_rate / whole.l2.miss_rate - 1.0).abs() < 0.02, "{:?} {:?}", p.l2, whole.l2);
-    }
-}

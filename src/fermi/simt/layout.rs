@@ -1,7 +1,5 @@
 //! Where things lie in memory.
 
-use std::ops::Range;
-
 use crate::fermi::cut::Home;
 use crate::fermi::launch::Workload;
 use crate::fermi::machine::LINE;
@@ -59,11 +57,6 @@ impl Layout {
             stacks: 0x1000_0000,
             stride: threads * WORD,
         }
-    }
-
-    /// Lines of the tree's nodes and triangles.
-    pub fn tree(&self) -> Range<u64> {
-        self.nodes / LINE..self.rays / LINE
     }
 
     pub(in crate::fermi) fn node(&self, index: u32) -> u64 {
