@@ -85,7 +85,7 @@ impl<'a> Warp<'a> {
         let holding = holding(&stay);
         if taking != 0 && charged {
             let of = |lane: usize| stay.held[lane].as_ref();
-            let held = || bits(taking).filter_map(|lane| of(lane));
+            let held = || bits(taking).filter_map(&of);
             batch.segment(Block::Take, taking);
             batch.access(Access::Load, held().map(|h| self.layout.queue(0, h.at)), bytes::<QueueEntry>());
             let parts: [&dyn Fn(usize) -> u64; 4] = [

@@ -57,7 +57,7 @@ fn pooled(group: &[&Point]) -> Chart {
         x: cost(Topic::Model),
         y: benefit(Topic::Model, group[0].quantity),
         series: with_front(methods, "Pareto front of the means", front),
-        note: "A point a run. The simulator's own error is 0 by definition.".to_owned(),
+        note: "A point a run. The simulator's own error is 0 by definition; its time is known of some runs.".to_owned(),
     }
 }
 
@@ -73,9 +73,10 @@ fn methods(group: &[&Point]) -> Vec<Series> {
         .collect()
 }
 
-fn with_front(mut series: Vec<Series>, name: &str, points: Vec<chart::Point>) -> Vec<Series> {
-    series.push(Series { points, ..Series::new(name, Style::Front, []) });
-    series
+/// The front lies below the methods, whose markers say what is on it.
+fn with_front(methods: Vec<Series>, name: &str, points: Vec<chart::Point>) -> Vec<Series> {
+    let front = Series { points, ..Series::new(name, Style::Front, []) };
+    std::iter::once(front).chain(methods).collect()
 }
 
 /// The front repeats points whose intervals are drawn with their methods.
@@ -89,7 +90,7 @@ fn grown(report: &Report) -> Vec<Chart> {
     let parameter = |point: &Point| point.parameter.map_or("", |parameter| parameter.name);
     let kinds = split(&points, |point| (point.quantity, parameter(point)));
     let chart = |((quantity, parameter), points): ((Quantity, &str), Vec<&Point>)| Chart {
-        title: format!("{} over {}", what(quantity).0, work(parameter).label.to_lowercase()),
+        title: format!("{} over {}", what(quantity).0, work(parameter).label),
         x: work(parameter),
         y: benefit(Topic::Work, quantity),
         series: split(&points, |point| &point.scene)
@@ -162,14 +163,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn trade_offs_have_a_series_a_method_and_end_with_the_front() {
+    fn trade_offs_have_a_series_a_method_above_the_front() {
         let at = [(1.0, 3.0), (2.0, 4.0), (3.0, 0.0)];
         let mut points: Vec<Point> = at.iter().map(|&at| point(Topic::Model, "room", at)).collect();
         mark_fronts(&mut points);
         let chart = tradeoff(&points.iter().collect::<Vec<_>>());
         let names: Vec<&str> = chart.series.iter().map(|series| series.name.as_str()).collect();
-        assert_eq!(names, ["method 1", "method 2", "method 3", "Pareto front"]);
-        let front: Vec<(f64, f64)> = chart.series[3].points.iter().map(|p| (p.x, p.y)).collect();
+        assert_eq!(names, ["Pareto front", "method 1", "method 2", "method 3"]);
+        let front: Vec<(f64, f64)> = chart.series[0].points.iter().map(|p| (p.x, p.y)).collect();
         assert_eq!((front, chart.x.log, chart.y.log), (vec![(1.0, 3.0), (3.0, 0.0)], true, true));
         assert!(chart.svg().is_ok());
     }
@@ -183,7 +184,7 @@ mod tests {
         };
         let points = [run("a", (1.0, 0.2)), run("a", (3.0, 0.4)), run("b", (5.0, 0.1)), run("c", (9.0, 0.5))];
         let chart = pooled(&points.iter().collect::<Vec<_>>());
-        let front: Vec<(f64, f64)> = chart.series[3].points.iter().map(|p| (p.x, p.y)).collect();
+        let front: Vec<(f64, f64)> = chart.series[0].points.iter().map(|p| (p.x, p.y)).collect();
         assert_eq!(front.len(), 2);
         assert!((front[0].0 - 2.0).abs() < 1e-12 && (front[0].1 - 0.3).abs() < 1e-12 && front[1] == (5.0, 0.1));
     }

@@ -94,8 +94,9 @@ fn sample(machine: &str, subject: &Subject, (rays, kind): (&[Ray], RayKind), tol
 }
 
 fn beside_the_last(outcomes: &[Outcome], scene: &str, kind: RayKind) -> Vec<Point> {
+    type Of = fn(&Outcome) -> Estimate;
     let Some(last) = outcomes.last() else { return Vec::new() };
-    let quantities: [(Quantity, fn(&Outcome) -> Estimate); 2] =
+    let quantities: [(Quantity, Of); 2] =
         [(Quantity::Cycles, |o| o.cycles), (Quantity::L1MissRate, |o| o.l1_miss_rate)];
     let all = quantities.into_iter().flat_map(|(quantity, of)| {
         let reference = of(last).value;

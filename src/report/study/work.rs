@@ -180,23 +180,32 @@ impl Row<'_> {
     }
 }
 
+/// Values of a quantity over a parameter.
+struct Series<'a> {
+    first: &'a Point,
+    parameter: &'static str,
+    values: Vec<(f64, f64)>,
+}
+
 /// Power laws of all points of [`Topic::Work`]: one a scene, quantity and parameter, in the order of their first
 /// points.
 pub fn growths(points: &[Point]) -> Vec<Growth> {
-    let mut series: Vec<(&Point, Parameter, Vec<(f64, f64)>)> = Vec::new();
+    let mut all: Vec<Series> = Vec::new();
     for point in points.iter().filter(|point| point.chart == Topic::Work) {
-        let Some(parameter) = point.parameter else { continue };
-        let key = (&point.scene, point.quantity, parameter.name);
-        match series.iter_mut().find(|(first, p, _)| (&first.scene, first.quantity, p.name) == key) {
-            Some((_, _, values)) => values.push((parameter.value, point.value)),
-            None => series.push((point, parameter, vec![(parameter.value, point.value)])),
-        }
+        let Some(Parameter { name, value }) = point.parameter else { continue };
+        let key = (&point.scene, point.quantity, name);
+        let at = all.iter().position(|s| (&s.first.scene, s.first.quantity, s.parameter) == key);
+        let at = at.unwrap_or_else(|| {
+            all.push(Series { first: point, parameter: name, values: Vec::new() });
+            all.len() - 1
+        });
+        all[at].values.push((value, point.value));
     }
-    let growth = |(first, parameter, values): (&Point, Parameter, Vec<(f64, f64)>)| {
+    let growth = |Series { first, parameter, values }: Series| {
         let exponent = Exponent::of(&values)?;
-        Some(Growth { scene: first.scene.clone(), quantity: first.quantity, parameter: parameter.name, exponent })
+        Some(Growth { scene: first.scene.clone(), quantity: first.quantity, parameter, exponent })
     };
-    series.into_iter().filter_map(growth).collect()
+    all.into_iter().filter_map(growth).collect()
 }
 
 #[cfg(test)]
