@@ -61,11 +61,6 @@ impl Migration {
         migration
     }
 
-    /// Rounds.
-    pub fn rounds(&self) -> usize {
-        self.rounds.len()
-    }
-
     /// Entries of queues in all rounds.
     pub fn entries(&self) -> usize {
         self.rounds.iter().map(|round| round.queue.len()).sum()
