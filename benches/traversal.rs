@@ -2,8 +2,11 @@
 //! traversal of the library that builds the BVH. By CPU seconds of the process, so that a software driver's
 //! threads count and other programs do not; a GPU is judged by `caribou bench` instead.
 //!
-//! `cargo bench --bench traversal -- SCENE.glb [--camera NAME]`, by default on the procedural blob.
+//! `cargo bench --bench traversal -- [SCENE.glb] [--kernels FOLDER]...`, by default on the procedural blob. Kernels
+//! in a folder (`NAME.spv`) compete as contestants of their own beside the built-in ones, so that a change of a
+//! kernel is judged in the same run.
 
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use caribou::bvh::{Bvh, Policy, Quality};
@@ -24,28 +27,52 @@ use rayon::prelude::*;
 const ROUNDS: usize = 7;
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
-    let scene = match arguments.first() {
-        Some(path) => scene::load(path.as_ref()).unwrap_or_else(|error| panic!("{error}")),
+    let (scene, folders) = arguments();
+    let scene = match scene {
+        Some(path) => scene::load(&path).unwrap_or_else(|error| panic!("{error}")),
         None => scene::procedural::build("blob", 500_000, 1).unwrap_or_else(|error| panic!("{error}")),
     };
     let bvh = Bvh::build(&scene.positions, Quality::default()).unwrap_or_else(|error| panic!("{error}"));
-    let gpu = Gpu::open(&GpuOptions::default()).map_err(|error| eprintln!("SKIPPED Vulkan: {error}")).ok();
+    let mut devices = vec![device(None)];
+    devices.extend(folders.iter().map(|folder| device(Some(folder))));
+    let devices: Vec<(String, Gpu)> = devices.into_iter().flatten().collect();
     println!("{}: {} triangles", scene.name, scene.positions.len());
     println!("medians of {ROUNDS} rounds");
     for kind in [RayKind::Primary, RayKind::Diffuse] {
-        compare(kind, &scene, &bvh, gpu.as_ref());
+        compare(kind, &scene, &bvh, &devices);
     }
 }
 
-fn compare(kind: RayKind, scene: &Scene, bvh: &Bvh, gpu: Option<&Gpu>) {
+/// The scene and the folders of kernels.
+fn arguments() -> (Option<PathBuf>, Vec<PathBuf>) {
+    let (mut scene, mut folders) = (None, Vec::new());
+    let mut arguments = std::env::args().skip(1).filter(|a| a != "--bench");
+    while let Some(argument) = arguments.next() {
+        match argument.as_str() {
+            "--kernels" => folders.push(arguments.next().expect("--kernels takes a folder").into()),
+            _ => scene = Some(argument.into()),
+        }
+    }
+    (scene, folders)
+}
+
+/// The default device, with the built-in kernels or those of a folder, and what sets its contestants' names apart.
+fn device(kernels: Option<&Path>) -> Option<(String, Gpu)> {
+    let options = GpuOptions { kernels: kernels.map(Path::to_path_buf), ..GpuOptions::default() };
+    let gpu = Gpu::open(&options).map_err(|error| eprintln!("SKIPPED Vulkan: {error}")).ok()?;
+    Some((kernels.map_or(String::new(), |folder| format!(" of {}", folder.display())), gpu))
+}
+
+fn compare(kind: RayKind, scene: &Scene, bvh: &Bvh, devices: &[(String, Gpu)]) {
     let rays = rays(kind, scene, bvh);
     let mut contestants: Vec<(String, Box<dyn FnMut() + '_>)> = vec![
         ("twin".to_owned(), Box::new(|| drop(twin::trace::hits(bvh, &rays)))),
         ("obvhs".to_owned(), Box::new(library(scene, &rays))),
     ];
-    for (name, options) in gpu.iter().flat_map(|_| strategies()) {
-        contestants.extend(gpu.map(|gpu| (name, Box::new(on_device(gpu, bvh, &rays, &options)) as Box<dyn FnMut()>)));
+    for (origin, gpu) in devices {
+        for (name, options) in strategies() {
+            contestants.push((name + origin, Box::new(on_device(gpu, bvh, &rays, &options))));
+        }
     }
     let mut seconds: Vec<Vec<f64>> = vec![Vec::new(); contestants.len()];
     for round in 0..=ROUNDS {
