@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use caribou::layout::SHARED_STRUCTS;
+use caribou::layout::{SharedStruct, shared_structs};
 use caribou::vulkan::Kernel;
 use rspirv::dr::{Module, Operand};
 use rspirv::spirv::{Decoration, Op};
@@ -31,7 +31,8 @@ fn shared_structs_have_the_layout_of_the_kernels() {
                 assert_same_memory(kernel, &found, name);
                 continue;
             }
-            let Some(&(name, size, fields)) = SHARED_STRUCTS.iter().find(|shared| shared.0 == found.name) else {
+            let Some(&SharedStruct { name, bytes, fields }) = shared_structs().find(|shared| shared.name == found.name)
+            else {
                 // The probes' cases are shared with the probe alone.
                 let own = found.is_block || kernel.name().starts_with("probe_");
                 assert!(own, "{}: struct {} is not in caribou::layout", kernel.name(), found.name);
@@ -41,22 +42,22 @@ fn shared_structs_have_the_layout_of_the_kernels() {
             let members: Vec<(&str, usize)> = found.members.iter().map(|m| (m.0.as_str(), m.1)).collect();
             assert_eq!(members, fields, "{context}: names and offsets");
             let end = found.members.iter().map(|m| m.1 + m.2).max();
-            assert_eq!(end, Some(size), "{context}: end of the last member");
-            assert!(found.strides.iter().all(|&stride| stride == size), "{context}: {size} bytes, {found:?}");
+            assert_eq!(end, Some(bytes), "{context}: end of the last member");
+            assert!(found.strides.iter().all(|&stride| stride == bytes), "{context}: {bytes} bytes, {found:?}");
             seen.insert(name);
         }
     }
-    let all: BTreeSet<&str> = SHARED_STRUCTS.iter().map(|shared| shared.0).collect();
+    let all: BTreeSet<&str> = shared_structs().map(|shared| shared.name).collect();
     assert_eq!(seen, all, "every shared struct is in a kernel");
 }
 
 /// A `NAMEWords` has the fields of `NAME`, several of them loaded as one.
 fn assert_same_memory(kernel: Kernel, found: &Reflected, name: &str) {
     let context = format!("{}: {found:?}", kernel.name());
-    let &(_, size, fields) = SHARED_STRUCTS.iter().find(|shared| shared.0 == name).expect(&context);
+    let &SharedStruct { bytes, fields, .. } = shared_structs().find(|shared| shared.name == name).expect(&context);
     assert!(found.members.iter().all(|m| fields.contains(&(m.0.as_str(), m.1))), "{context}: names and offsets");
     let end = found.members.iter().map(|m| m.1 + m.2).max();
-    assert!(end == Some(size) && found.strides.iter().eq([&size]), "{context}: {size} bytes");
+    assert!(end == Some(bytes) && found.strides.iter().eq([&bytes]), "{context}: {bytes} bytes");
 }
 
 /// Structs with a memory layout: glslang keeps another copy, without offsets, for those in registers.

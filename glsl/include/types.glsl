@@ -1,4 +1,4 @@
-// Structs shared with the host: src/layout.rs. tests/layout.rs compares names and offsets.
+// Structs shared with the host: src/layout/. tests/layout.rs compares names and offsets.
 #ifndef TYPES_GLSL
 #define TYPES_GLSL
 #include "shared.glsl"
