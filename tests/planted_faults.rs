@@ -3,15 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a failure here fails the test")]
 
 mod common;
-#[path = "../build/kernels.rs"]
-mod kernels;
-
-use std::path::Path;
 
 use caribou::layout::{Hit, RayCounters};
 use caribou::report::verify::{VIRTUAL_L1S, verify_virtual_l1};
 use caribou::trace::{MachineOptions, Query, RayBuffers, Strategy, Stream, Tracer, TracerOptions, TwinTracer};
-use caribou::vulkan::{GpuOptions, Place};
+use caribou::vulkan::Place;
+use common::faults::{Fault, gpu_with_fault};
 
 /// How a fault shows.
 #[derive(Debug, PartialEq)]
@@ -23,8 +20,8 @@ enum Finding {
     Counters,
 }
 
-/// Kernels of strategy `migrate`, the sort, and the virtual L1.
-const KERNELS: [&str; 9] = [
+/// Kernels of strategy `migrate` and the sort.
+const KERNELS: [&str; 8] = [
     "schedule",
     "schedule_cpu",
     "migrate",
@@ -33,12 +30,11 @@ const KERNELS: [&str; 9] = [
     "queue_prefix",
     "queue_scatter",
     "queue_shares",
-    "virtual_l1",
 ];
 
 /// What the fault comes to; nothing at all without a device.
-fn check(file: &str, original: &str, fault: &str) -> Option<Finding> {
-    let (gpu, _folder) = gpu_with_fault(file, original, fault)?;
+fn check(fault: Fault) -> Option<Finding> {
+    let (gpu, _folder) = gpu_with_fault(&KERNELS, fault)?;
     let scene = caribou::scene::procedural::build("forest", 4_000, 1).unwrap();
     let bvh = common::bvh(&scene);
     let machine = MachineOptions { partition: "bytes:4KiB".parse().unwrap(), sms: 4, ..MachineOptions::default() };
@@ -66,52 +62,20 @@ fn check(file: &str, original: &str, fault: &str) -> Option<Finding> {
 }
 
 /// By how much counts of the virtual L1 differ from the replay's; nothing at all without a device.
-fn check_virtual_l1(file: &str, original: &str, fault: &str) -> Option<u64> {
-    let (gpu, _folder) = gpu_with_fault(file, original, fault)?;
+fn check_virtual_l1(fault: Fault) -> Option<u64> {
+    let (gpu, _folder) = gpu_with_fault(&["virtual_l1"], fault)?;
     let scene = caribou::scene::procedural::build("room", 4_000, 1).unwrap();
     let (bvh, rays) = (common::bvh(&scene), common::rays_around(&scene, 2_000));
     Some(verify_virtual_l1(&gpu, &bvh, (Query::Closest, &rays), &VIRTUAL_L1S[0].1).unwrap().mismatches)
 }
 
-/// A device, and the folder from which it takes its kernels.
-fn gpu_with_fault(file: &str, original: &str, fault: &str) -> Option<(common::Validated, tempfile::TempDir)> {
-    let folder = tempfile::tempdir().unwrap();
-    plant(folder.path(), file, original, fault);
-    let kernels = Some(folder.path().to_owned());
-    Some((common::gpu_with(&GpuOptions { kernels, ..GpuOptions::default() })?, folder))
-}
-
-/// Compiles the kernels into `folder` with one text of one file replaced.
-fn plant(folder: &Path, file: &str, original: &str, fault: &str) {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
-    std::fs::create_dir(folder.join("include")).unwrap();
-    for from in [source.clone(), source.join("include")] {
-        for path in std::fs::read_dir(&from).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_file()) {
-            let mut text = std::fs::read_to_string(&path).unwrap();
-            let name = path.strip_prefix(&source).unwrap();
-            if name == Path::new(file) {
-                assert_eq!(text.matches(original).count(), 1, "{file} has once: {original}");
-                text = text.replace(original, fault);
-            }
-            std::fs::write(folder.join(name), text).unwrap();
-        }
-    }
-    for name in KERNELS {
-        kernels::compile(
-            &folder.join(name).with_extension("comp"),
-            &folder.join("include"),
-            &folder.join(name).with_extension("spv"),
-        );
-    }
-}
-
 macro_rules! planted {
-    ($($(#[$about:meta])* $name:ident: $file:literal, $original:literal => $fault:literal, $finding:ident;)*) => {
+    ($($(#[$about:meta])* $name:ident: $file:literal, $original:literal => $planted:literal, $finding:ident;)*) => {
         $(
             $(#[$about])*
             #[test]
             fn $name() {
-                if let Some(finding) = check($file, $original, $fault) {
+                if let Some(finding) = check(Fault { file: $file, original: $original, planted: $planted }) {
                     assert_eq!(finding, Finding::$finding);
                 }
             }
@@ -155,9 +119,9 @@ fn planted_faults_in_the_virtual_l1() {
         ("early reconvergence", warp, "any_leaf != 0u;\n    if", "any_leaf != 0u && any_node == 0u;\n    if"),
         ("stacks without depth", warp, "stack_at(turn, depth) / 32u", "turn.thread / 32u"),
     ];
-    let nothing = check_virtual_l1(cache, "uint place = found;", "uint place = found; ");
-    assert!(nothing.is_none_or(|differ| differ == 0));
-    for (what, file, original, fault) in faults {
-        assert!(check_virtual_l1(file, original, fault).is_none_or(|differ| differ > 0), "{what}");
+    let no_fault = Fault { file: cache, original: "uint place = found;", planted: "uint place = found; " };
+    assert!(check_virtual_l1(no_fault).is_none_or(|differ| differ == 0));
+    for (what, file, original, planted) in faults {
+        assert!(check_virtual_l1(Fault { file, original, planted }).is_none_or(|differ| differ > 0), "{what}");
     }
 }

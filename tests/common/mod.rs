@@ -4,6 +4,7 @@
 
 pub mod closed;
 pub mod exr;
+pub mod faults;
 
 use caribou::bvh::{Bvh, Quality};
 use caribou::layout::{Hit, Ray, RayCounters};
