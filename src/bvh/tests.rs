@@ -3,7 +3,6 @@
 use clap::ValueEnum;
 use glam::Vec3;
 
-use super::statistics::Statistics;
 use super::{Bvh, Quality};
 use crate::scene::procedural;
 use crate::shared::{LEAF_BIT, LEAF_COUNT_SHIFT};
@@ -56,20 +55,6 @@ fn strange_scenes_build_valid_trees() {
             let bvh = Bvh::build(&positions, quality).unwrap_or_else(|error| panic!("{name}, {quality:?}: {error}"));
             assert_eq!(bvh.validate(&positions), Ok(()), "{name}, {quality:?}");
         }
-    }
-}
-
-/// Where all neighbours are equally near, the builder has to be helped; a halved tree would have 13 levels.
-#[test]
-fn regular_grids_build_no_chains() {
-    let corner = |cell: i32, (x, y): (i32, i32)| Vec3::new((cell % 64 + x) as f32, (cell / 64 + y) as f32, 0.0);
-    let halves = [[(0, 0), (1, 0), (1, 1)], [(0, 0), (1, 1), (0, 1)]];
-    let positions: Positions =
-        (0..64 * 64).flat_map(|cell| halves.map(|half| half.map(|at| corner(cell, at)))).collect();
-    for &quality in Quality::value_variants() {
-        let bvh = Bvh::build(&positions, quality).unwrap();
-        let depth = Statistics::of(&bvh).depth;
-        assert!(depth <= 26, "{quality:?}: {depth} levels");
     }
 }
 

@@ -2,6 +2,7 @@
 //! and Bittner 2018), and of equally near ones obvhs takes the last. On a regular grid all nodes of a row then
 //! choose their right neighbour, of which only the last pair is mutual, and the tree becomes a chain.
 
+use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
@@ -9,13 +10,20 @@ use rayon::prelude::*;
 /// area heuristic notices. 2^-10.
 const GROWTH: f32 = 9.765625e-4;
 
-/// The boxes, each grown by another amount.
+/// The boxes, each grown by another amount, and moved near the origin: far from it rounding would tie them again.
 pub fn untied(boxes: &[Aabb]) -> Vec<Aabb> {
+    let shift = shift_to_origin(&boxes.par_iter().copied().reduce(Aabb::empty, |a, b| a.union(&b)));
     let grown = |(index, aabb): (usize, &Aabb)| {
         let growth = aabb.diagonal() * (GROWTH * spread(index as u32));
-        Aabb::new(aabb.min - growth, aabb.max + growth)
+        Aabb::new(aabb.min - shift - growth, aabb.max - shift + growth)
     };
     boxes.par_iter().enumerate().map(grown).collect()
+}
+
+/// Whole sizes of the scene from the origin to its middle: none for a scene that reaches to the origin.
+fn shift_to_origin(scene: &Aabb) -> Vec3A {
+    let size = scene.diagonal().max_element();
+    if size > 0.0 { (scene.center() / size).trunc() * size } else { scene.min }
 }
 
 /// Numbers in 0 .. 1, no two alike: the fractions of multiples of the golden ratio (Knuth, The Art of Computer
