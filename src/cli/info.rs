@@ -5,14 +5,13 @@ use std::fmt::Write;
 use clap::Args;
 use serde::Serialize;
 
-use super::input::SceneArguments;
+use super::input::{Ownership, SceneArguments};
 use super::output;
 use crate::Result;
 use crate::bvh::partition::PartitionStatistics;
-use crate::bvh::{Bvh, Owners, Partition, Policy};
+use crate::bvh::{Bvh, Partition, Policy};
 use crate::render::features::Features;
 use crate::report::scene::SceneSummary;
-use crate::trace::MachineOptions;
 use crate::vulkan::{DeviceInfo, Gpu, GpuOptions, Probe, list_devices};
 
 /// Show Vulkan devices and, of a scene, what it holds and its BVH
@@ -26,12 +25,8 @@ pub struct Info {
     /// Also cut the tree and show the subtrees: level:K, bytes:N or sah:N, such as bytes:64KiB
     #[arg(long, value_name = "POLICY", requires = "scene")]
     partition: Option<Policy>,
-    /// How subtrees are given to SMs: neighbours together, or scattered
-    #[arg(long, value_enum, default_value_t)]
-    owners: Owners,
-    /// Streaming multiprocessors, 1 to 1024
-    #[arg(long, value_name = "N", default_value_t = MachineOptions::default().sms)]
-    sms: u32,
+    #[command(flatten)]
+    ownership: Ownership,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -88,7 +83,7 @@ impl Info {
             report.scene = Some(SceneSummary::new(&scene, &bvh));
             report.features = Some(Features::of(&scene, None));
             if let Some(policy) = self.partition {
-                let partition = Partition::new(&bvh, policy, self.owners, self.sms)?;
+                let partition = Partition::new(&bvh, policy, self.ownership.owners, self.ownership.sms)?;
                 report.partition = Some(PartitionStatistics::of(&partition));
             }
         }

@@ -120,18 +120,25 @@ impl DeviceArguments {
     }
 }
 
+/// Who owns the subtrees.
+#[derive(Args, Clone, Copy)]
+pub struct Ownership {
+    /// How subtrees are given to SMs: neighbours together, or scattered
+    #[arg(long, value_enum, default_value_t)]
+    pub owners: Owners,
+    /// Streaming multiprocessors, 1 to 1024
+    #[arg(long, value_name = "N", default_value_t = MachineOptions::default().sms)]
+    pub sms: u32,
+}
+
 /// The machine that strategies other than direct are laid out for.
 #[derive(Args)]
 pub struct MachineArguments {
     /// Where strategy migrate cuts the tree: level:K, bytes:N or sah:N, such as bytes:64KiB
     #[arg(long, value_name = "POLICY", default_value_t)]
     partition: Policy,
-    /// How it gives subtrees to SMs: neighbours together, or scattered
-    #[arg(long, value_enum, default_value_t)]
-    owners: Owners,
-    /// Streaming multiprocessors, 1 to 1024
-    #[arg(long, value_name = "N", default_value_t = MachineOptions::default().sms)]
-    sms: u32,
+    #[command(flatten)]
+    ownership: Ownership,
     /// Warps of 32 rays that an SM works on at a time
     #[arg(long, value_name = "N", default_value_t = MachineOptions::default().warps_per_sm)]
     warps_per_sm: u32,
@@ -143,7 +150,8 @@ pub struct MachineArguments {
 impl MachineArguments {
     /// As options.
     pub fn options(&self) -> MachineOptions {
-        let MachineArguments { partition, owners, sms, warps_per_sm, hardware_sms } = *self;
+        let MachineArguments { partition, ownership, warps_per_sm, hardware_sms } = *self;
+        let Ownership { owners, sms } = ownership;
         MachineOptions { partition, owners, sms, warps_per_sm, hardware_sms }
     }
 }

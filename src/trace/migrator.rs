@@ -98,6 +98,16 @@ impl Migrator {
         self.most_rays
     }
 
+    /// Invocations of a workgroup, which is an SM.
+    pub fn lanes(&self) -> u32 {
+        self.lanes
+    }
+
+    /// Whether SM numbers are the hardware's.
+    pub fn asks_hardware(&self) -> bool {
+        self.taken_of_sm.is_some()
+    }
+
     /// Traces rays `first..first + count`, which are at most [`Migrator::most_rays`], to the end.
     ///
     /// # Errors

@@ -76,8 +76,6 @@ pub struct Tracer {
     /// Use the kernels for the lanes of software drivers; see `geometry.glsl` and `traverse.glsl`.
     cpu_lanes: bool,
     plan: Plan,
-    workgroup: u32,
-    hardware_sms: bool,
 }
 
 /// What a strategy keeps on the device.
@@ -128,8 +126,6 @@ impl Tracer {
             nodes: options.nodes,
             spec,
             plan,
-            workgroup: machine.warps_per_sm * WARP,
-            hardware_sms: machine.hardware_sms,
         })
     }
 
@@ -153,9 +149,9 @@ impl Tracer {
                 NodeFormat::Quantised => &[lanes(Kernel::DirectQuantised, Kernel::DirectQuantisedCpu)],
             },
             Plan::Persistent(_) => &[lanes(Kernel::Persistent, Kernel::PersistentCpu)],
-            Plan::Migrate(_) => {
-                spec.push((SPEC_WORKGROUP, self.workgroup));
-                match self.hardware_sms {
+            Plan::Migrate(migrator) => {
+                spec.push((SPEC_WORKGROUP, migrator.lanes()));
+                match migrator.asks_hardware() {
                     true => &[Kernel::Schedule, Kernel::MigrateSm],
                     false => {
                         &[lanes(Kernel::Schedule, Kernel::ScheduleCpu), lanes(Kernel::Migrate, Kernel::MigrateCpu)]
