@@ -72,6 +72,9 @@ fn a_search_says_what_would_have_to_change() {
     let found = small(&["--search", "--fidelity", "counters"]);
     let best = found["best"]["cycles"].as_u64().unwrap();
     let tried = found["tried"].as_array().unwrap();
+    for record in [16, 32, 64] {
+        assert!(tried.iter().any(|tried| tried["candidate"]["record"] == record), "records of {record} bytes");
+    }
     assert!(tried.len() > 10 && tried.iter().all(|tried| tried["cycles"].as_u64().unwrap() >= best));
     let changes: Vec<&str> =
         found["changes"].as_array().unwrap().iter().map(|gain| gain["change"].as_str().unwrap()).collect();

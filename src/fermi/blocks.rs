@@ -43,6 +43,8 @@ pub enum Block {
     NodeEnd,
     /// Head of a leaf.
     Leaf,
+    /// Reads what is next in a leaf: a triangle, or the mark at its end.
+    Mark,
     /// Test of one triangle.
     Triangle,
     /// Foot of the leaf loop: the next comes off the stack.
@@ -93,7 +95,7 @@ pub enum Block {
 
 impl Block {
     /// All blocks in the order of the code.
-    pub const ALL: [Block; 33] = [
+    pub const ALL: [Block; 34] = [
         Block::Entry,
         Block::Take,
         Block::Enter,
@@ -104,6 +106,7 @@ impl Block {
         Block::Pop,
         Block::NodeEnd,
         Block::Leaf,
+        Block::Mark,
         Block::Triangle,
         Block::LeafPop,
         Block::OuterEnd,
@@ -141,7 +144,7 @@ pub const RECORD_PART: usize = 16;
 /// A block with the number of its loads and of its stores.
 type Shape = (Block, usize, usize);
 
-const TRAVERSAL: &[Shape] = &[
+const NODES: &[Shape] = &[
     (Block::Outer, 0, 0),
     (Block::Node, 3, 0),
     (Block::Descend, 1, 0),
@@ -149,10 +152,15 @@ const TRAVERSAL: &[Shape] = &[
     (Block::Pop, 1, 0),
     (Block::NodeEnd, 0, 0),
     (Block::Leaf, 0, 0),
-    (Block::Triangle, 3, 0),
     (Block::LeafPop, 1, 0),
     (Block::OuterEnd, 0, 0),
 ];
+
+/// A leaf whose triangles are counted.
+const COUNTED: &[Shape] = &[(Block::Triangle, 3, 0)];
+
+/// A leaf that ends in a mark, which stands where the first part of a triangle would.
+const MARKED: &[Shape] = &[(Block::Mark, 1, 0), (Block::Triangle, 2, 0)];
 
 const WALK: &[Shape] = &[
     (Block::Walk, 0, 0),
@@ -184,13 +192,12 @@ impl Loops {
     /// each 16 of them and one for the entry of the queue; half of them are written back.
     pub fn blocks(self, record: u32) -> impl Iterator<Item = Shape> {
         let (entry, parts, exit): (Shape, &[&[Shape]], Shape) = match self {
-            Loops::WhileWhile | Loops::SpeculativeWhileWhile => {
-                ((Block::Entry, 2, 1), &[TRAVERSAL], (Block::Exit, 0, 1))
-            }
+            Loops::WhileWhile => ((Block::Entry, 2, 1), &[NODES, COUNTED], (Block::Exit, 0, 1)),
+            Loops::SpeculativeWhileWhile => ((Block::Entry, 2, 1), &[NODES, MARKED], (Block::Exit, 0, 1)),
             Loops::Schedule => ((Block::Entry, 2, 0), &[WALK], (Block::Exit, 0, 0)),
             Loops::Subtree => {
                 const STAY: &[Shape] = &[(Block::Take, 5, 0), (Block::Enter, 1, 0)];
-                ((Block::Entry, 2, 0), &[STAY, TRAVERSAL, WALK], (Block::Exit, 0, 0))
+                ((Block::Entry, 2, 0), &[STAY, NODES, COUNTED, WALK], (Block::Exit, 0, 0))
             }
             Loops::Queue => ((Block::Entry, 1, 0), &[SORT], (Block::Exit, 0, 0)),
         };

@@ -119,14 +119,27 @@ struct Resident<'a> {
     block: usize,
 }
 
-struct Multiprocessor {
+/// A cache of a multiprocessor.
+#[derive(Clone)]
+struct FirstLevel {
     cache: Cache,
     /// When each line of the cache comes.
     fills: Vec<f64>,
-    /// When lines under way come, soonest first.
+    port_free: f64,
+}
+
+impl FirstLevel {
+    fn new(cache: Cache) -> FirstLevel {
+        FirstLevel { fills: vec![0.0; cache.lines()], cache, port_free: 0.0 }
+    }
+}
+
+struct Multiprocessor {
+    data: FirstLevel,
+    texture: FirstLevel,
+    /// When lines of the L1 under way come, soonest first.
     under_way: BinaryHeap<Reverse<u64>>,
     issue_free: f64,
-    port_free: f64,
     /// When the port from the network is free of lines asked for so far.
     reply_free: f64,
     /// Warps left of the block in each slot.
@@ -195,11 +208,10 @@ impl<'a> Replay<'a> {
         let resident = (slots * launch.block_threads().next_multiple_of(LANES)) as u64 * u64::from(machine.sms);
         let cache = Cache::new(machine.l1.sets(), machine.l1.ways, machine.l1.mapping).times(launch.caches());
         let sm = |_| Multiprocessor {
-            fills: vec![0.0; cache.lines()],
-            cache: cache.clone(),
+            data: FirstLevel::new(cache.clone()),
+            texture: FirstLevel::new(machine.texture.cache()),
             under_way: BinaryHeap::new(),
             issue_free: 0.0,
-            port_free: 0.0,
             reply_free: 0.0,
             blocks: vec![0; slots],
             end: 0.0,
@@ -210,7 +222,7 @@ impl<'a> Replay<'a> {
             costs: profile(machine, launch.kernel),
             times,
             reply: reply_cycles(machine) + machine.crossbar.gap as f64,
-            layout: Layout::new(&launch.workload, resident),
+            layout: Layout::new(&launch.workload, resident).requests_of(machine.l1.request),
             sms: (0..machine.sms).map(sm).collect(),
             l2,
             warps: Vec::new(),
@@ -290,15 +302,22 @@ impl<'a> Replay<'a> {
         let (batch, at, of) = (std::mem::take(batch), *at, *of);
         let cost = self.costs[block as usize];
         let mut slowest: f64 = 0.0;
-        for op in &batch.memory[memory.0 as usize..memory.1 as usize] {
+        let (requests, missed) = (self.spans[of].l1.accesses, self.spans[of].l1.misses);
+        let ops = &batch.memory[memory.0 as usize..memory.1 as usize];
+        for op in ops {
             for &line in &batch.lines[op.lines.0 as usize..op.lines.1 as usize] {
                 slowest = slowest.max(self.access((at, of), op.access, line, now));
             }
         }
+        // Instructions issued again: once for each request but the first, and for each line that comes late.
+        let first = ops.iter().filter(|op| op.access != Access::Texture).count() as u64;
+        let span = &self.spans[of].l1;
+        let again = (span.accesses - requests).saturating_sub(first) + (span.misses - missed);
+        let issues = cost.instructions + if self.machine.sm.replay { again } else { 0 };
         self.warps[warp].batch = batch;
         let width = f64::from(self.machine.sm.schedulers.min(self.machine.sm.fetch));
         let sm = &mut self.sms[at];
-        sm.issue_free = sm.issue_free.max(now) + cost.instructions as f64 / width;
+        sm.issue_free = sm.issue_free.max(now) + issues as f64 / width;
         let end = (now + cost.with(slowest as u64) as f64).max(sm.issue_free);
         let span = &mut self.spans[of];
         span.compute += cost.cycles as f64;
@@ -318,26 +337,30 @@ impl<'a> Replay<'a> {
             true => self.layout.virtual_cache(&self.launch.workload, line),
             false => 0,
         };
+        let texture = access == Access::Texture;
         let sm = &mut self.sms[at];
-        let start = sm.port_free.max(now);
-        sm.port_free = start + 1.0;
-        self.spans[of].l1.accesses += 1;
+        let first = if texture { &mut sm.texture } else { &mut sm.data };
+        let start = first.port_free.max(now);
+        first.port_free = start + 1.0;
+        let mut ignored = Counts::default();
+        let counts = if texture { &mut ignored } else { &mut self.spans[of].l1 };
+        counts.accesses += 1;
         let mut wait = start - now;
-        let found = sm.cache.look_in(virtual_cache, line);
+        let found = first.cache.look_in(virtual_cache, line);
         if let (Lookup::Hit(way) | Lookup::Pending(way), false) = (found, access == Access::Store) {
-            sm.cache.touch(way, ticks);
+            first.cache.touch(way, ticks);
             if access == Access::Push {
-                sm.cache.dirty(way);
-            } else if sm.fills[way] > start {
-                self.spans[of].l1.pending_hits += 1;
-                return wait + sm.fills[way] - start;
+                first.cache.dirty(way);
+            } else if first.fills[way] > start {
+                counts.pending_hits += 1;
+                return wait + first.fills[way] - start;
             }
             return wait;
         }
-        self.spans[of].l1.misses += 1;
+        counts.misses += 1;
         if access.writes() {
             if let Lookup::Hit(way) | Lookup::Pending(way) = found {
-                sm.cache.evict(way);
+                first.cache.evict(way);
             }
             self.l2.access(line, &mut self.spans[of].l2);
             return wait;
@@ -346,27 +369,29 @@ impl<'a> Replay<'a> {
         while sm.under_way.peek().is_some_and(|&Reverse(fill)| f64::from_bits(fill) <= start + wait) {
             sm.under_way.pop();
         }
-        if sm.under_way.len() >= self.machine.l1.mshrs
+        if !texture
+            && sm.under_way.len() >= self.machine.l1.mshrs
             && let Some(Reverse(fill)) = sm.under_way.pop()
         {
             wait += (f64::from_bits(fill) - start).max(0.0);
-            sm.port_free = start + wait + 1.0;
+            first.port_free = start + wait + 1.0;
             self.spans[of].l1.refused += 1;
         }
         let hit = self.l2.access(line, &mut self.spans[of].l2);
         let latency = self.times.traffic + if hit { self.times.l2 } else { self.times.dram };
         // Lines come one after the other, and a warp asks for several at once.
-        let sm = &mut self.sms[at];
         let asked = now + wait;
         let queue = (sm.reply_free - asked).max(0.0);
         sm.reply_free = asked + queue + self.reply;
         wait += queue;
         let fill = now + wait + latency;
         if let Lookup::Miss(way) = found {
-            let replaced = sm.cache.reserve(way, line, ticks);
-            sm.cache.fill(way);
-            sm.fills[way] = fill;
-            sm.under_way.push(Reverse(fill.to_bits()));
+            let replaced = first.cache.reserve(way, line, ticks);
+            first.cache.fill(way);
+            first.fills[way] = fill;
+            if !texture {
+                sm.under_way.push(Reverse(fill.to_bits()));
+            }
             if let Some(replaced) = replaced {
                 self.l2.access(replaced, &mut self.spans[of].l2);
             }

@@ -11,7 +11,7 @@ use super::machine::{LINE, Machine};
 use super::occupancy::launchable;
 use super::profile::profile;
 use super::result::{Counts, CpiStack, Instructions, Part};
-use super::simt::{Batch, LANES, Layout, Warp};
+use super::simt::{Access, Batch, LANES, Layout, Warp};
 use super::times::{Times, line_cycles, reply_cycles};
 use crate::Result;
 
@@ -24,6 +24,8 @@ struct Totals {
     /// How often each line is touched; accesses of a warp's visit to one line are one touch.
     lines: HashMap<u64, u64>,
     accesses: u64,
+    /// Requests of memory instructions after their first.
+    again: u64,
     /// Touches by loads, which wait.
     loads: u64,
     instructions: Instructions,
@@ -68,7 +70,9 @@ fn part(machine: &Machine, launch: &Launch) -> Result<Part> {
     let any_misses = 1.0 - (1.0 - misses_a_line.min(1.0)).powf(lines_a_visit);
     let waiting = any_misses * memory + lines_a_visit * misses_a_line * reply_cycles(machine);
     let in_flight = (f64::from(occupancy.warps) * sms).min(totals.warps as f64);
-    let issue = totals.instructions.warp as f64 / sms / f64::from(machine.sm.schedulers.min(machine.sm.fetch));
+    let again = if machine.sm.replay { totals.again as f64 + l1_misses } else { 0.0 };
+    let issue =
+        (totals.instructions.warp as f64 + again) / sms / f64::from(machine.sm.schedulers.min(machine.sm.fetch));
     let latency = (totals.cycles + totals.loads as f64 * waiting) / in_flight;
     let bandwidth = l2_misses * line_cycles(machine) / f64::from(machine.dram.channels);
     let longest = totals.longest + totals.longest_loads * waiting;
@@ -99,7 +103,8 @@ fn part(machine: &Machine, launch: &Launch) -> Result<Part> {
 
 fn totals(machine: &Machine, launch: &Launch) -> Totals {
     let costs = profile(machine, launch.kernel);
-    let layout = Layout::new(&launch.workload, u64::from(machine.sm.threads) * u64::from(machine.sms));
+    let threads = u64::from(machine.sm.threads) * u64::from(machine.sms);
+    let layout = Layout::new(&launch.workload, threads).requests_of(machine.l1.request);
     let mut totals = Totals::default();
     let mut batch = Batch::default();
     let warps = (0..launch.blocks()).flat_map(|block| (0..launch.warps_of(block)).map(move |warp| (block, warp)));
@@ -120,7 +125,11 @@ fn totals(machine: &Machine, launch: &Launch) -> Totals {
                 totals.instructions.thread += cost.instructions * u64::from(segment.lanes);
                 totals.visits += u64::from(segment.block.visits());
             }
-            totals.accesses += batch.memory.iter().map(|op| u64::from(op.lines.1 - op.lines.0)).sum::<u64>();
+            for op in batch.memory.iter().filter(|op| op.access != Access::Texture) {
+                let requests = u64::from(op.lines.1 - op.lines.0);
+                totals.accesses += requests;
+                totals.again += requests.saturating_sub(1);
+            }
             let read = batch.memory.iter().any(|op| !op.access.writes());
             loads += f64::from(u8::from(read));
             totals.loads += u64::from(read);

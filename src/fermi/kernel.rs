@@ -59,6 +59,8 @@ pub enum Operation {
     Fma,
     /// Minimum and maximum.
     Minmax,
+    /// Minimum or maximum of two registers, then that of the result and a third (`vmin`, `vmax`).
+    Video,
     /// Floating-point product.
     Mul,
     /// Integer product.
@@ -71,6 +73,8 @@ pub enum Operation {
     Shared,
     /// Reads memory.
     Load,
+    /// Reads memory by the texture units.
+    Texture,
     /// Writes memory.
     Store,
 }
@@ -106,8 +110,9 @@ struct Description {
     loops: Loops,
     #[serde(default = "whole_record")]
     record: u32,
-    /// Kernel whose blocks these are.
-    like: Option<String>,
+    /// Kernels whose blocks these are where it has none of its own; the first that has one counts.
+    #[serde(default)]
+    like: Vec<String>,
     #[serde(default)]
     blocks: HashMap<Block, String>,
 }
@@ -153,7 +158,7 @@ impl Kernel {
             return Err(bad("record", problem));
         }
         let mut listings = description.blocks;
-        if let Some(other) = &description.like {
+        for other in &description.like {
             let source = Source::embedded("kernel", KERNELS, other)?;
             for (block, text) in Text::new(&source, &[])?.read::<Description>()?.blocks {
                 listings.entry(block).or_insert(text);
@@ -173,7 +178,7 @@ impl Kernel {
                 leave_out(&mut listing, Operation::Store, stores);
             }
             let count = |operation| listing.iter().filter(|one: &&Instruction| one.operation == operation).count();
-            if (count(Operation::Load), count(Operation::Store)) != (loads, stores) {
+            if (count(Operation::Load) + count(Operation::Texture), count(Operation::Store)) != (loads, stores) {
                 return Err(bad(
                     &key,
                     format!("it does not have the {loads} loads and {stores} stores of these loops"),
@@ -191,6 +196,11 @@ impl Kernel {
     /// What a block asks of a multiprocessor.
     pub fn demand(&self) -> Demand {
         Demand { registers: self.registers, threads: self.threads, shared: self.shared }
+    }
+
+    /// Whether the texture units read the triangles.
+    pub fn textured(&self) -> bool {
+        self.block(Block::Triangle).iter().any(|instruction| instruction.operation == Operation::Texture)
     }
 
     /// Instructions of a block.
@@ -262,12 +272,14 @@ fn operation(word: &str) -> Option<Operation> {
         "add" | "sub" => Operation::Add,
         "fma" => Operation::Fma,
         "min" | "max" => Operation::Minmax,
+        "vmin" | "vmax" => Operation::Video,
         "mul" => Operation::Mul,
         "imul" => Operation::Imul,
         "imad" => Operation::Imad,
         "rcp" => Operation::Rcp,
         "lds" | "sts" => Operation::Shared,
         "ld" => Operation::Load,
+        "tex" => Operation::Texture,
         "st" => Operation::Store,
         _ => return None,
     })

@@ -141,7 +141,7 @@ impl<'a> Sm<'a> {
 
 fn kind(access: Access) -> usize {
     let kind = match access {
-        Access::Load => ACCESS_LOAD,
+        Access::Load | Access::Texture => ACCESS_LOAD,
         Access::Store => ACCESS_STORE,
         Access::Pop => ACCESS_POP,
         Access::Push => ACCESS_PUSH,

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use serde::Deserialize;
 
+use super::cache::Cache;
 use super::kernel::{Instruction, Operation};
 use super::settings::{Source, Text};
 use crate::{Error, Result};
@@ -36,6 +37,8 @@ pub struct Machine {
     pub operations: HashMap<Operation, Timing>,
     /// Data cache of a multiprocessor.
     pub l1: L1,
+    /// Its texture units and their cache.
+    pub texture: Texture,
     /// Network between multiprocessors and memory.
     pub crossbar: Crossbar,
     /// Second-level cache.
@@ -74,6 +77,8 @@ pub struct Sm {
     pub load_pipeline: u64,
     /// Memory instructions between issue and the L1.
     pub load_queue: usize,
+    /// Whether a memory instruction takes an issue slot for each of its requests, not only for the first.
+    pub replay: bool,
     /// Instructions fetched at a time.
     pub fetch: u32,
     /// Cycles from fetch to issue.
@@ -130,6 +135,22 @@ pub struct L1 {
     pub merges: usize,
     /// Misses that wait for the network.
     pub miss_queue: usize,
+    /// Bytes of the words that lanes side by side ask for in one request.
+    pub request: u64,
+}
+
+/// Texture units of a multiprocessor and their cache, of lines like the L1's.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Texture {
+    /// Capacity.
+    pub kib: u64,
+    /// Ways.
+    pub ways: u64,
+    /// Cycles from issue to the use of a hit, beside the reading of operands.
+    pub latency: u64,
+    /// Bytes a cycle.
+    pub port: u64,
 }
 
 /// From line address to set.
@@ -280,6 +301,9 @@ impl Machine {
             ("l1.kib", self.l1.kib, 1 << 20),
             ("l1.mshrs", self.l1.mshrs as u64, 1 << 16),
             ("l1.merges", self.l1.merges as u64, 1 << 16),
+            ("texture.kib", self.texture.kib, 1 << 20),
+            ("texture.latency", self.texture.latency, 10_000),
+            ("texture.port", self.texture.port, 1 << 12),
             ("crossbar.flit", self.crossbar.flit, 1024),
             ("crossbar.queue", self.crossbar.queue as u64, 1 << 16),
             ("l2.slice_kib", self.l2.slice_kib, 1 << 20),
@@ -330,6 +354,10 @@ impl Machine {
             }
         }
         self.geometry("l1", self.l1.kib, self.l1.ways)?;
+        self.geometry("texture", self.texture.kib, self.texture.ways)?;
+        if !self.l1.request.is_power_of_two() || !(16..=512).contains(&self.l1.request) {
+            return Err(("l1.request".to_owned(), format!("{} is no power of two from 16 to 512", self.l1.request)));
+        }
         self.geometry("l2", self.l2.slice_kib, self.l2.ways)?;
         if self.l1.mapping == Mapping::Hashed && !matches!(self.l1.sets(), 32 | 64) {
             return Err(("l1.mapping".to_owned(), format!("the hash is of 32 or 64 sets, not {}", self.l1.sets())));
@@ -340,6 +368,7 @@ impl Machine {
             Operation::Add,
             Operation::Fma,
             Operation::Minmax,
+            Operation::Video,
             Operation::Mul,
             Operation::Imul,
             Operation::Imad,
@@ -367,9 +396,21 @@ impl Machine {
         Ok(())
     }
 
+    /// Cycles from issue of a load to the use of a hit, beside the reading of operands.
+    pub fn load_latency(&self, operation: Operation) -> u64 {
+        if operation == Operation::Texture { self.texture.latency } else { self.sm.load_pipeline }
+    }
+
     /// Latency, interval and unit of `operation`; memory operations have none.
     pub fn timing(&self, operation: Operation) -> Option<Timing> {
         self.operations.get(&operation).copied()
+    }
+}
+
+impl Texture {
+    /// Its cache, empty.
+    pub fn cache(&self) -> Cache {
+        Cache::new(self.kib * 1024 / LINE / self.ways, self.ways, Mapping::Linear)
     }
 }
 

@@ -27,14 +27,14 @@ struct Round {
     passes: Vec<Vec<u32>>,
     /// The sorted queue.
     queue: Vec<Visit>,
+    /// First entry of each owner, and the end.
+    owners: Vec<u32>,
 }
 
 /// What becomes of all rays under strategy `migrate`.
 #[derive(Clone, Debug)]
 pub struct Migration {
     rounds: Vec<Round>,
-    /// Of each round: first entry of each block, for each way to make blocks.
-    by_owner: Vec<Vec<u32>>,
 }
 
 /// Place of an entry that the sort leaves out.
@@ -46,16 +46,14 @@ impl Migration {
     pub fn of(workload: &Workload, cut: &Cut, bypass: bool) -> Migration {
         let mut standing: Vec<Option<Visit>> =
             (0..workload.trace.rays() as u32).map(|ray| next_visit(workload, cut, ray, 0, bypass)).collect();
-        let mut migration = Migration { rounds: Vec::new(), by_owner: Vec::new() };
+        let mut migration = Migration { rounds: Vec::new() };
         while standing.iter().any(Option::is_some) {
-            let round = Round::of(&standing, cut.subtrees().len());
+            let round = Round::of(&standing, cut);
             standing = round
                 .queue
                 .iter()
                 .map(|visit| next_visit(workload, cut, visit.ray, visit.steps.1 as usize, bypass))
                 .collect();
-            let first = |subtree: u32| round.queue.partition_point(|visit| visit.subtree < subtree) as u32;
-            migration.by_owner.push(cut.first_of_sm().iter().map(|&subtree| first(subtree)).collect());
             migration.rounds.push(round);
         }
         migration
@@ -70,8 +68,8 @@ impl Migration {
     pub fn launches<'a>(&'a self, workload: Workload<'a>, kernels: &'a Kernels) -> Vec<Launch<'a>> {
         let launch = |kernel, stage, work| Launch { kernel, workload, work, virtual_caches: false, stage };
         let mut all = vec![launch(&kernels.schedule, Stage::Schedule, Work::Schedule)];
-        for (round, blocks) in self.rounds.iter().zip(&self.by_owner) {
-            let sms = blocks.len() as u32 - 1;
+        for round in &self.rounds {
+            let sms = round.owners.len() as u32 - 1;
             let mut entries = round.entries;
             for places in &round.passes {
                 for kind in [Kind::Count, Kind::Prefix, Kind::Scatter] {
@@ -82,7 +80,7 @@ impl Migration {
             }
             let shares = Work::Sort(Pass { kind: Kind::Shares, entries, sms, places: &[] });
             all.push(launch(&kernels.queue, Stage::Queue, shares));
-            let work = Work::Visits { queue: &round.queue, blocks, charged: true };
+            let work = Work::Visits { queue: &round.queue, blocks: &round.owners, charged: true };
             all.push(launch(&kernels.subtree, Stage::Traverse, work));
         }
         all
@@ -115,9 +113,8 @@ impl FreeVisits {
         let mut queue: Vec<Visit> = migration.rounds.into_iter().flat_map(|round| round.queue).collect();
         queue.sort_by_key(|visit| visit.subtree);
         let end = queue.len() as u32;
-        let first = |subtree: u32| queue.partition_point(|visit| visit.subtree < subtree) as u32;
         let blocks = match grouping {
-            Grouping::Owned => cut.first_of_sm().iter().map(|&subtree| first(subtree)).collect(),
+            Grouping::Owned => first_of_owners(&queue, cut),
             Grouping::Queued | Grouping::Launched => (0..end).step_by(threads as usize).chain([end]).collect(),
         };
         FreeVisits { queue, blocks }
@@ -131,10 +128,10 @@ impl FreeVisits {
 }
 
 impl Round {
-    fn of(standing: &[Option<Visit>], subtrees: usize) -> Round {
+    fn of(standing: &[Option<Visit>], cut: &Cut) -> Round {
         let mut queue: Vec<Option<Visit>> = standing.to_vec();
         let mut passes = Vec::new();
-        for digit in 0..sort::digits(subtrees) {
+        for digit in 0..sort::digits(cut.subtrees().len()) {
             let moving: Vec<Visit> = queue.iter().copied().flatten().collect();
             let mut order = sort::places(moving.iter().map(|visit| visit.subtree), digit).into_iter();
             let places: Vec<u32> =
@@ -146,8 +143,16 @@ impl Round {
             passes.push(places);
             queue = sorted;
         }
-        Round { entries: standing.len(), passes, queue: queue.into_iter().flatten().collect() }
+        let queue: Vec<Visit> = queue.into_iter().flatten().collect();
+        let owners = first_of_owners(&queue, cut);
+        Round { entries: standing.len(), passes, queue, owners }
     }
+}
+
+/// First entry of each owner in a queue in the order of subtrees, and the end.
+fn first_of_owners(queue: &[Visit], cut: &Cut) -> Vec<u32> {
+    let first = |&subtree: &u32| queue.partition_point(|visit| visit.subtree < subtree) as u32;
+    cut.first_of_sm().iter().map(first).collect()
 }
 
 /// The stay of `ray` that begins at its first step in a subtree from step `from` on; it ends before the first step in

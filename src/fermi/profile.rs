@@ -29,7 +29,8 @@ pub fn profile(machine: &Machine, kernel: &Kernel) -> [Cost; Block::ALL.len()] {
     Block::ALL.map(|block| {
         let code = kernel.block(block);
         let cycles = duration(machine, kernel, code, 0);
-        let loads = code.iter().any(|instruction| instruction.operation == Operation::Load);
+        let loads =
+            code.iter().any(|instruction| matches!(instruction.operation, Operation::Load | Operation::Texture));
         let around_loads =
             if loads { duration(machine, kernel, code, SLOW) as i64 - SLOW as i64 } else { i64::MIN / 2 };
         Cost { instructions: code.len() as u64, cycles, around_loads }
@@ -46,7 +47,7 @@ fn duration(machine: &Machine, kernel: &Kernel, code: &[Instruction], extra: u64
         let issue = read.max(fetch_ready).max(now);
         let latency = match machine.timing(instruction.operation) {
             Some(timing) => sm.pipeline + timing.latency,
-            None => sm.load_pipeline + extra,
+            None => machine.load_latency(instruction.operation) + extra,
         };
         ready[usize::from(instruction.destination)] = issue + latency + sm.collect(instruction);
         ready[0] = 0;

@@ -4,6 +4,7 @@ use super::kernel::Kernel;
 use super::launch::{Launch, Stage, Work, Workload};
 use super::machine::Machine;
 use super::result::{Accounting, Fidelity, Prediction};
+use super::settings::Source;
 use crate::shared::{LEAF_BIT, LEAF_COUNT_SHIFT, STEP_PUSHED};
 use crate::trace::StepTrace;
 use crate::twin::random::pcg;
@@ -103,6 +104,44 @@ fn skipping_cycles_in_which_nothing_happens_changes_nothing() {
         let skipping = super::cycles::replay(&machine, &launches).unwrap();
         assert_eq!(skipping, super::cycles::replay_every_cycle(&machine, &launches).unwrap());
     }
+    // The same with texture units and instructions issued again.
+    let machine = Machine::named("gtx480", &["sms=2".to_owned()]).unwrap();
+    let kernel = Kernel::named("speculative-while-while", &[]).unwrap();
+    let launches = [launch(&kernel, walks.workload())];
+    let skipping = super::cycles::replay(&machine, &launches).unwrap();
+    assert_eq!(skipping, super::cycles::replay_every_cycle(&machine, &launches).unwrap());
+}
+
+/// On the real card: 16-byte words by quarter warps, triangles by the texture units, and issue slots for repeats.
+#[test]
+fn texture_loads_pass_the_l1_by_and_requests_cost_issue_slots() {
+    let (walks, near) = (Walks::new(10, 1500), Walks::new(3, 6000));
+    let run_in = |walks: &Walks, kernel: &str, settings: &[&str], fidelity| {
+        let settings: Vec<String> = [&["sms=2"], settings].concat().iter().map(|s| (*s).to_owned()).collect();
+        let machine = Machine::named("gtx480", &settings).unwrap();
+        let text = include_str!("kernels/speculative-while-while.toml").replace("= tex ", kernel);
+        let kernel = Kernel::parse(Source { file: "test", text: &text }, &[]).unwrap();
+        predict(&machine, &kernel, &walks.workload(), fidelity).unwrap()
+    };
+    let run = |kernel: &str, settings: &[&str], fidelity| run_in(&walks, kernel, settings, fidelity);
+    for fidelity in FIDELITIES {
+        let textured = run("= tex ", &[], fidelity);
+        let by_l1 = run("= ld ", &[], fidelity);
+        assert_eq!(textured.instructions, by_l1.instructions, "{fidelity:?}");
+        assert!(textured.l1.counts.accesses < by_l1.l1.counts.accesses, "{fidelity:?}");
+        let whole = run("= tex ", &["l1.request=512"], fidelity);
+        assert!(whole.l1.counts.accesses < textured.l1.counts.accesses, "{fidelity:?}");
+        // Where nearly all is in the caches, issue bounds the time.
+        let [free, charged] =
+            ["sm.replay=false", "sm.replay=true"].map(|setting| run_in(&near, "= tex ", &[setting], fidelity));
+        assert_eq!(free.l1.counts.accesses, charged.l1.counts.accesses, "{fidelity:?}");
+        assert!(free.cycles < charged.cycles, "{fidelity:?}: {} of {}", free.cycles, charged.cycles);
+    }
+    let [a, b, c] = FIDELITIES.map(|fidelity| run("= tex ", &[], fidelity).l1.counts.accesses);
+    assert_eq!((a, b), (c, c));
+    // A texture cache that holds all triangles misses each line once.
+    let slow = |kib: &str| run("= tex ", &[kib, "l1.kib=48"], Fidelity::Cycles).l2.counts.accesses;
+    assert!(slow("texture.kib=768") < slow("texture.kib=12"));
 }
 
 #[test]
@@ -236,6 +275,10 @@ fn impossible_machines_are_refused_by_key_and_file() {
         ("l2.miss_queue=1", "l2.miss_queue"),
         ("sm.load_queue=0", "sm.load_queue"),
         ("operations.add.latency=0", "operations.add"),
+        ("l1.request=48", "l1.request"),
+        ("l1.request=1024", "l1.request"),
+        ("texture.ways=5", "texture.ways"),
+        ("texture.port=0", "texture.port"),
     ] {
         let error = Machine::named("gtx480", &[setting.to_owned()]).expect_err(setting);
         assert_eq!(error.exit_code(), 2);

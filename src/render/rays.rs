@@ -1,9 +1,11 @@
 //! The rays that benchmarks trace: the same on every device and on the CPU.
 
+use std::ops::Range;
+use std::str::FromStr;
+
 use glam::Vec3;
 
 use super::gpu_scene::GpuScene;
-use crate::Result;
 use crate::bvh::Bvh;
 use crate::layout::{Frame, Hit, Path, Ray, StagePush};
 use crate::scene::tables::Tables;
@@ -14,6 +16,7 @@ use crate::twin;
 use crate::twin::surface::Stage;
 use crate::twin::tiles::tile_count;
 use crate::vulkan::{Gpu, Kernel, Place};
+use crate::{Error, Result};
 
 /// Rays made at a time.
 const CHUNK: u32 = 1 << 18;
@@ -61,18 +64,24 @@ impl RayKind {
     }
 }
 
-fn chunks(frame: &Frame, kind: RayKind) -> impl Iterator<Item = StagePush> {
-    let total = tile_count(frame.width, frame.height).unwrap_or(0);
-    (0..total).step_by(CHUNK as usize).map(move |first| StagePush {
+/// Pieces of the pixels in tile order.
+fn chunks(pixels: Range<u32>, kind: RayKind) -> impl Iterator<Item = StagePush> {
+    let end = pixels.end;
+    pixels.step_by(CHUNK as usize).map(move |first| StagePush {
         first,
-        count: CHUNK.min(total - first),
+        count: CHUNK.min(end - first),
         sample_index: 0,
         argument: kind.code(),
     })
 }
 
+/// Pixels in tile order, padding included.
+fn pixels(frame: &Frame) -> Range<u32> {
+    0..tile_count(frame.width, frame.height).unwrap_or(0)
+}
+
 fn all_tiles(frame: &Frame) -> Vec<u32> {
-    (0..tile_count(frame.width, frame.height).unwrap_or(0) / WARP).collect()
+    (0..pixels(frame).end / WARP).collect()
 }
 
 /// Live rays of `kind` in tile order, made by the twins.
@@ -91,12 +100,47 @@ pub struct Batch {
     pub sorted: bool,
 }
 
+/// Part `number`, counted from 1, of `of` equal parts of a picture's tiles: what a benchmark launches at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    number: u32,
+    of: u32,
+}
+
+impl Part {
+    /// The whole picture.
+    pub const WHOLE: Part = Part { number: 1, of: 1 };
+
+    fn of(self, pixels: Range<u32>) -> Range<u32> {
+        let tiles = u64::from(pixels.end / WARP);
+        let bound = |part: u32| (tiles * u64::from(part) / u64::from(self.of)) as u32 * WARP;
+        bound(self.number - 1)..bound(self.number)
+    }
+}
+
+impl FromStr for Part {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Part> {
+        let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        match numbers {
+            Some((number, of)) if (1..=of).contains(&number) => Ok(Part { number, of }),
+            _ => Err(Error::usage(format!("--part {text}"), "write K/N with K from 1 to N, such as 3/24")),
+        }
+    }
+}
+
 /// Live rays of `batch` in tile order, those of a hit side by side, or sorted; made by the twins.
 pub fn twin_batch(bvh: &Bvh, tables: &Tables, frame: &Frame, batch: Batch) -> Vec<Ray> {
+    twin_part(bvh, tables, frame, batch, Part::WHOLE)
+}
+
+/// Those rays of [`twin_batch`] that come from a part of the picture, sorted among themselves.
+pub fn twin_part(bvh: &Bvh, tables: &Tables, frame: &Frame, batch: Batch, part: Part) -> Vec<Ray> {
     let Batch { kind, per_hit, sorted } = batch;
     let tiles = all_tiles(frame);
     let mut all = Vec::new();
-    for push in chunks(frame, kind) {
+    for push in chunks(part.of(pixels(frame)), kind) {
         let mut rays = vec![Ray::DEAD; push.count as usize];
         let mut paths: Vec<Path> = vec![bytemuck::Zeroable::zeroed(); rays.len()];
         twin::generate::generate(frame, push, &tiles, &mut rays, &mut paths);
@@ -158,7 +202,7 @@ pub fn gpu_rays(
     reached.push(&tracer.geometry().triangles);
     let mut stream = Stream::new(gpu);
     let mut all = Vec::new();
-    for push in chunks(frame, kind) {
+    for push in chunks(pixels(frame), kind) {
         stream.dispatch("generate", &generate, (&[&scene.frame, &rays, &paths, &tiles], &[]), &push, push.count)?;
         let mut made = &rays;
         if kind != RayKind::Primary {
@@ -179,6 +223,22 @@ mod tests {
     use crate::bvh::Quality;
     use crate::render::settings::Settings;
     use crate::scene::{procedural, select_camera};
+
+    #[test]
+    fn parts_make_up_the_picture() {
+        let scene = procedural::build("room", 2000, 1).unwrap();
+        let bvh = Bvh::build(&scene.positions, Quality::default()).unwrap();
+        let frame =
+            Settings { width: 70, height: 48, ..Settings::default() }.frame(&select_camera(&scene, None).unwrap());
+        let batch = Batch { kind: RayKind::Ao, per_hit: 3, sorted: false };
+        let rays = |part: &str| twin_part(&bvh, &Tables::new(&scene), &frame, batch, part.parse().unwrap());
+        let parts: Vec<Ray> = (1..=7).flat_map(|k| rays(&format!("{k}/7"))).collect();
+        assert_eq!(parts, rays("1/1"));
+        assert!(rays("1/7").len() < parts.len() / 3);
+        for bad in ["0/7", "8/7", "1/0", "1", "a/b", "-1/2"] {
+            assert!(bad.parse::<Part>().is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn batches_have_as_many_rays_a_hit_as_asked_and_sorting_brings_neighbours_together() {

@@ -99,7 +99,7 @@ const PARTITIONS: [Policy; 8] = [
 ];
 /// Warps of a multiprocessor; the kernel's registers allow no more.
 const WARPS: [u32; 4] = [2, 4, 8, 16];
-/// Bytes of a record: as it is, half of it, and what one instruction moves.
+/// Bytes of a record: as it is, and, as if rays could be packed, half of it and what one instruction moves.
 const RECORDS: [u32; 3] = [64, 32, 16];
 /// Capacities of the L1 along the curve, KiB: Fermi's two, and beyond any.
 const CAPACITIES: [u64; 6] = [16, 48, 128, 512, 2048, 8192];
@@ -126,6 +126,7 @@ pub fn search(make: &MakeModel, recording: &Recording) -> Result<Found> {
         let owners = [Owners::Adjacent, Owners::Scattered];
         best = search.try_all(owners.map(|owners| Candidate { owners, ..best.candidate }).into())?;
         best = search.try_all(WARPS.map(|warps| Candidate { warps, ..best.candidate }).into())?;
+        best = search.try_all(RECORDS.map(|record| Candidate { record, ..best.candidate }).into())?;
         if best.candidate == before {
             break;
         }
@@ -183,8 +184,8 @@ impl Search<'_> {
             gain("queues for nothing", over(without_queues)),
             gain("queues for nothing, and no multiprocessor ever waits", over(at_work)),
         ];
-        for record in &RECORDS[1..] {
-            let candidate = Candidate { record: *record, ..best.candidate };
+        for record in RECORDS.into_iter().filter(|&record| record != best.candidate.record) {
+            let candidate = Candidate { record, ..best.candidate };
             let cycles = self.predict(&candidate, &[], Accounting::Full)?.cycles;
             all.push(gain(&format!("records of {record} bytes"), over(cycles as f64)));
         }

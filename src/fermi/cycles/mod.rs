@@ -73,7 +73,7 @@ impl<'a> Replay<'a> {
         let warps_a_block = launch.block_threads().div_ceil(LANES);
         let slots = launch.slots(launchable(machine, launch)?.blocks);
         let resident = (slots * warps_a_block * LANES) as u64 * u64::from(machine.sms);
-        let layout = Layout::new(&launch.workload, resident);
+        let layout = Layout::new(&launch.workload, resident).requests_of(machine.l1.request);
         let caches = Caches { launch, layout };
         let sm = |id| Sm::new(id, machine, (slots, warps_a_block), caches, now);
         Ok(Replay {

@@ -10,6 +10,8 @@ pub enum Access {
     Load,
     /// Store to global memory.
     Store,
+    /// Load by the texture units.
+    Texture,
     /// Load from local memory: the stack.
     Pop,
     /// Store to local memory.
@@ -32,6 +34,8 @@ pub struct MemoryOp {
     pub lines: (u32, u32),
     /// Bytes it wants of a line at most, a multiple of 32.
     pub bytes: u8,
+    /// Bytes that all its lanes together read or write.
+    pub moved: u16,
 }
 
 /// A basic block run once by some lanes.
@@ -54,10 +58,15 @@ pub struct Batch {
     pub memory: Vec<MemoryOp>,
     /// Line numbers (address / 128), in the order in which they are accessed.
     pub lines: Vec<u64>,
+    /// Lanes of the last segment, a mask.
+    lanes: u32,
+    /// Bytes of the words that lanes side by side ask for in one request.
+    request: u64,
 }
 
 impl Batch {
-    pub(super) fn clear(&mut self) {
+    pub(super) fn clear(&mut self, request: u64) {
+        self.request = request;
         self.segments.clear();
         self.memory.clear();
         self.lines.clear();
@@ -65,20 +74,28 @@ impl Batch {
 
     /// Begins a segment of `lanes`, a mask.
     pub(super) fn segment(&mut self, block: Block, lanes: u32) {
+        self.lanes = lanes;
         let memory = self.memory.len() as u16;
         self.segments.push(Segment { block, lanes: lanes.count_ones() as u8, memory: (memory, memory) });
     }
 
-    /// Adds a memory instruction of `size` bytes a lane to the last segment: one access a distinct line, the highest
-    /// first. No addresses, no instruction.
+    /// Adds a memory instruction of `size` bytes a lane to the last segment, whose lanes have `addresses` in order. Lanes
+    /// side by side make a request, and a request is one access a distinct line, the highest first.
     pub(super) fn access(&mut self, access: Access, addresses: impl Iterator<Item = u64>, size: u64) {
-        let first = self.lines.len();
-        let (mut low, mut high) = (LINE, 0);
-        for address in addresses {
+        let start = self.lines.len();
+        let (mut first, mut request) = (start, 0);
+        let (mut low, mut high, mut moved) = (LINE, 0, 0);
+        for (lane, address) in bits(self.lanes).zip(addresses) {
+            let of = if access == Access::Texture { 0 } else { lane as u64 * size / self.request };
+            if of != request {
+                self.lines[first..].sort_unstable_by(|a, b| b.cmp(a));
+                (first, request) = (self.lines.len(), of);
+            }
             let line = address / LINE;
             low = low.min(address % LINE);
             high = high.max(address % LINE + size);
-            // Lines of one instruction are few and often the same as the last.
+            moved += size as u16;
+            // Lines of one request are few and often the same as the last.
             if self.lines.last().filter(|_| self.lines.len() > first) != Some(&line)
                 && !self.lines[first..].contains(&line)
             {
@@ -92,11 +109,17 @@ impl Batch {
             (a, b) if a / 2 == b / 2 => 64,
             _ => 128,
         };
-        self.again(MemoryOp { access, lines: (first as u32, self.lines.len() as u32), bytes });
+        self.push(MemoryOp { access, lines: (start as u32, self.lines.len() as u32), bytes, moved });
     }
 
-    /// Adds a memory instruction to the last segment whose lines are in the batch.
-    pub(super) fn again(&mut self, op: MemoryOp) {
+    /// Adds the last memory instruction `times` more: to other words of the same lines.
+    pub(super) fn again(&mut self, times: usize) {
+        if let Some(&op) = self.memory.last() {
+            (0..times).for_each(|_| self.push(op));
+        }
+    }
+
+    fn push(&mut self, op: MemoryOp) {
         self.memory.push(op);
         if let Some(segment) = self.segments.last_mut() {
             segment.memory.1 += 1;

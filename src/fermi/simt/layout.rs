@@ -1,5 +1,6 @@
 //! Where things lie in memory.
 
+use super::LANES;
 use crate::fermi::cut::Home;
 use crate::fermi::launch::Workload;
 use crate::fermi::machine::LINE;
@@ -31,6 +32,8 @@ pub struct Layout {
     stacks: u64,
     /// Bytes from one stack entry of a thread to its next: entries of all resident threads lie side by side.
     stride: u64,
+    /// Bytes of the words that lanes side by side ask for in one request.
+    pub(super) request: u64,
 }
 
 impl Layout {
@@ -56,7 +59,13 @@ impl Layout {
             counts: place(0),
             stacks: 0x1000_0000,
             stride: threads * WORD,
+            request: LANES as u64 * LOAD,
         }
+    }
+
+    /// The same where a request is of `bytes`, not of all lanes.
+    pub fn requests_of(self, bytes: u64) -> Layout {
+        Layout { request: bytes, ..self }
     }
 
     pub(in crate::fermi) fn node(&self, index: u32) -> u64 {

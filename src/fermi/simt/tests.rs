@@ -94,9 +94,39 @@ fn a_speculative_lane_puts_its_leaf_off_until_all_have_one() {
 }
 
 #[test]
+fn a_marked_leaf_is_read_once_more_than_it_has_triangles() {
+    use Block::*;
+    // Lane 0 has one triangle, lane 1 two, both at their first leaf.
+    let trace = trace(&[&[0, A], &[0, B]]);
+    let all = run(&trace, &[[A, B]], SPECULATIVE);
+    let leaf: Vec<(Block, u8, usize)> =
+        all.iter().filter(|run| matches!(run.0, Mark | Triangle)).map(|run| (run.0, run.1, run.2.len())).collect();
+    let expected = [(Mark, 2, 1), (Triangle, 2, 2), (Mark, 2, 1), (Triangle, 1, 2), (Mark, 1, 1)];
+    assert_eq!(leaf, expected);
+}
+
+#[test]
+fn lanes_side_by_side_make_a_request() {
+    // 16-byte words of one line, by half of the lanes: quarter warps with an active lane ask for it one by one.
+    let lines = |request, lanes: u32, access| {
+        let mut batch = Batch::default();
+        batch.clear(request);
+        batch.segment(Block::Node, lanes);
+        batch.access(access, (0..lanes.count_ones()).map(|_| 256), 16);
+        batch.lines.len()
+    };
+    let load = Access::Load;
+    assert_eq!([lines(512, u32::MAX, load), lines(128, u32::MAX, load), lines(128, 0xffff, load)], [1, 4, 2]);
+    assert_eq!([lines(128, 0x0101_0101, load), lines(128, 0xff, load)], [4, 1]);
+    assert_eq!(lines(128, u32::MAX, Access::Texture), 1);
+}
+
+#[test]
 fn stores_of_a_part_of_a_line_are_as_small_as_they_can_be() {
     let bytes = |addresses: &[u64]| {
         let mut batch = Batch::default();
+        batch.clear(512);
+        batch.segment(Block::Push, (1 << addresses.len()) - 1);
         batch.access(Access::Push, addresses.iter().copied(), 4);
         batch.memory[0].bytes
     };

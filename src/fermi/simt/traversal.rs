@@ -1,6 +1,6 @@
 //! The loops of a traversal: nodes, then leaves, until all lanes are done.
 
-use super::batch::{Access, Batch, MemoryOp, bits};
+use super::batch::{Access, Batch, bits};
 use super::layout::{LOAD, WORD, bytes};
 use super::warp::{Phase, Warp};
 use crate::fermi::kernel::{Block, Loops};
@@ -51,12 +51,9 @@ impl Warp<'_> {
 
         batch.segment(Block::Node, inside);
         let node = |warp: &Self, lane: usize| warp.layout.node(warp.step(lane).0 & !STEP_PUSHED);
-        let first = batch.lines.len();
         batch.access(Access::Load, bits(inside).map(|lane| node(self, lane)), LOAD);
-        let again = MemoryOp { access: Access::Load, lines: (first as u32, batch.lines.len() as u32), bytes: 32 };
         // A node lies within one line, so its other loads touch the same lines.
-        batch.again(again);
-        batch.again(again);
+        batch.again(2);
 
         if met != 0 {
             batch.segment(Block::Descend, met);
@@ -108,21 +105,28 @@ impl Warp<'_> {
     pub(super) fn leaf(&mut self, batch: &mut Batch) {
         let inside = self.inside;
         batch.segment(Block::Leaf, inside);
+        let marked = self.launch.kernel.loops == Loops::SpeculativeWhileWhile;
+        let load = if self.launch.kernel.textured() { Access::Texture } else { Access::Load };
+        let mut reading = inside;
         for turn in 0.. {
-            let mut testing = 0u32;
-            for lane in bits(inside) {
-                testing |= u32::from((self.lanes[lane].leaf() >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK > turn) << lane;
+            let count = |lane: usize| self.lanes[lane].leaf() >> LEAF_COUNT_SHIFT & LEAF_COUNT_MASK;
+            let testing = bits(reading).fold(0u32, |mask, lane| mask | u32::from(count(lane) > turn) << lane);
+            let part = |lane: usize, part: u64| {
+                self.layout.triangle((self.lanes[lane].leaf() & LEAF_FIRST_MASK) + turn) + part * LOAD
+            };
+            // The mark is taken to lie where the next leaf's first triangle does.
+            if marked && reading != 0 {
+                batch.segment(Block::Mark, reading);
+                batch.access(load, bits(reading).map(|lane| part(lane, 0)), LOAD);
             }
             if testing == 0 {
                 break;
             }
             batch.segment(Block::Triangle, testing);
-            for part in 0..bytes::<Triangle>() / LOAD {
-                let start = |lane: usize| {
-                    self.layout.triangle((self.lanes[lane].leaf() & LEAF_FIRST_MASK) + turn) + part * LOAD
-                };
-                batch.access(Access::Load, bits(testing).map(start), LOAD);
+            for k in u64::from(marked)..bytes::<Triangle>() / LOAD {
+                batch.access(load, bits(testing).map(|lane| part(lane, k)), LOAD);
             }
+            reading = testing;
         }
         // A leaf that was put off left the stack when it was.
         let current = inside & self.lanes_where(|lane| lane.postponed.is_none());

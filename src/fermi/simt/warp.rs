@@ -107,7 +107,7 @@ impl<'a> Warp<'a> {
 
     /// Puts the next segments into `batch`, or none if the warp is done.
     pub fn advance(&mut self, batch: &mut Batch) {
-        batch.clear();
+        batch.clear(self.layout.request);
         while batch.segments.is_empty() && self.phase != Phase::Done {
             match self.phase {
                 Phase::Entry => self.entry(batch),

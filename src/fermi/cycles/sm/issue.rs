@@ -34,6 +34,11 @@ impl Sm<'_> {
         let mut issued = (0, 0, false);
         let mut blocked = None;
         for scheduler in 0..self.order.len() {
+            if self.replays[scheduler] > 0 {
+                self.replays[scheduler] -= 1;
+                blocked = Some(Stall::MemoryStructural);
+                continue;
+            }
             let last = self.last[scheduler].filter(|&slot| self.wakes[slot] <= now);
             for position in 0..=self.order[scheduler].len() {
                 let slot = match (position, last) {
@@ -84,15 +89,16 @@ impl Sm<'_> {
                 warp.ready[usize::from(instruction.destination)] = start + timing.latency;
             }
             None => {
-                if self.queue.len() >= machine.sm.load_queue {
+                let texture = instruction.operation == Operation::Texture;
+                if !texture && self.queue.len() >= machine.sm.load_queue {
                     return Err(Stall::MemoryStructural);
                 }
                 let op = warp.batch.memory[warp.memory];
                 warp.memory += 1;
                 let lines = &warp.batch.lines[op.lines.0 as usize..op.lines.1 as usize];
-                let arrives = now + machine.sm.load_pipeline + machine.sm.collect(&instruction);
+                let arrives = now + machine.load_latency(instruction.operation) + machine.sm.collect(&instruction);
                 let mut load = 0;
-                if instruction.operation == Operation::Load {
+                if matches!(instruction.operation, Operation::Load | Operation::Texture) {
                     let state =
                         Load { slot: slot as u32, register: instruction.destination, pending: lines.len() as u32 };
                     load = match self.free_loads.pop() {
@@ -109,15 +115,21 @@ impl Sm<'_> {
                 } else {
                     warp.stores += lines.len() as u32;
                 }
-                self.lines.extend(lines);
+                let (queue, queued) = match texture {
+                    true => (&mut self.texture.queue, &mut self.texture.lines),
+                    false => (&mut self.queue, &mut self.lines),
+                };
+                queued.extend(lines);
                 let left = lines.len() as u32;
-                self.queue.push_back(Queued {
+                queue.push_back(Queued {
                     access: op.access,
                     slot: slot as u32,
                     load,
                     left,
                     bytes: op.bytes,
+                    moved: op.moved,
                     arrives,
+                    begun: false,
                 });
             }
         }

@@ -23,13 +23,17 @@ pub(super) struct Queued {
     pub(super) load: u32,
     pub(super) left: u32,
     pub(super) bytes: u8,
+    pub(super) moved: u16,
     pub(super) arrives: u64,
+    /// Its first line has been accessed.
+    pub(super) begun: bool,
 }
 
 impl Sm<'_> {
-    /// One served load a cycle goes to the registers.
-    pub(super) fn write_back(&mut self, now: u64, program: &Program) {
+    /// One served load a cycle goes to the registers; it was a miss, so that is a replay.
+    pub(super) fn write_back(&mut self, machine: &Machine, now: u64, program: &Program) {
         if let Some(load) = self.write_back.take() {
+            self.replay(machine, self.loads[load as usize].slot);
             self.serve(load, now, program);
         }
         if let Some(served) = self.served.front_mut() {
@@ -39,6 +43,14 @@ impl Sm<'_> {
                 self.under_way -= 1;
                 self.stuck = false;
             }
+        }
+    }
+
+    /// The scheduler of a warp loses its next issue to a memory instruction of the warp that is issued again.
+    fn replay(&mut self, machine: &Machine, slot: u32) {
+        if machine.sm.replay {
+            let schedulers = self.order.len();
+            self.replays[slot as usize % schedulers] += 1;
         }
     }
 
@@ -76,6 +88,8 @@ impl Sm<'_> {
                     self.cache.fill(way);
                     self.stuck = false;
                     self.served.push_back(std::mem::take(&mut self.merged[way]).into());
+                } else {
+                    self.sampled(&request, now, program);
                 }
             }
         }
@@ -83,7 +97,7 @@ impl Sm<'_> {
         finished
     }
 
-    /// The oldest memory instruction accesses one line of the L1.
+    /// The oldest memory instruction accesses one line of the L1. All but its first access are replays.
     pub(super) fn access(&mut self, machine: &Machine, program: &Program, now: u64) {
         let Some(&op) = self.queue.front() else { return };
         if op.arrives > now {
@@ -113,10 +127,14 @@ impl Sm<'_> {
             _ => self.counts.misses += 1,
         }
         self.lines.pop_front();
-        if let Some(op) = self.queue.front_mut() {
-            op.left -= 1;
-            if op.left == 0 {
+        if let Some(front) = self.queue.front_mut() {
+            front.left -= 1;
+            front.begun = true;
+            if front.left == 0 {
                 self.queue.pop_front();
+            }
+            if op.begun {
+                self.replay(machine, op.slot);
             }
         }
     }

@@ -3,12 +3,14 @@
 mod issue;
 mod load_unit;
 mod resident;
+mod texture;
 
 use std::collections::VecDeque;
 
 use issue::{CodeLine, LINE_INSTRUCTIONS};
 use load_unit::{Load, Queued};
 use resident::Resident;
+use texture::Texture;
 
 use super::memory::{Memory, Request};
 use crate::fermi::cache::Cache;
@@ -84,6 +86,9 @@ pub struct Sm<'a> {
     lines: VecDeque<u64>,
     /// The oldest access was refused, and nothing has changed since that could let it through.
     stuck: bool,
+    texture: Texture,
+    /// Issues that each scheduler loses to memory instructions issued again.
+    replays: Vec<u32>,
     cache: Cache,
     caches: Caches<'a>,
     merged: Vec<Vec<u32>>,
@@ -99,6 +104,8 @@ pub struct Sm<'a> {
     stall: Stall,
     /// Accesses of the L1.
     pub counts: Counts,
+    /// Accesses of the texture cache.
+    pub texture_counts: Counts,
     /// Instructions issued.
     pub instructions: Instructions,
     /// Cycles by cause.
@@ -130,6 +137,8 @@ impl<'a> Sm<'a> {
             queue: VecDeque::new(),
             lines: VecDeque::new(),
             stuck: false,
+            texture: Texture::new(machine),
+            replays: vec![0; schedulers],
             merged: vec![Vec::new(); cache.lines()],
             cache,
             caches,
@@ -142,6 +151,7 @@ impl<'a> Sm<'a> {
             stepped: now,
             stall: Stall::Idle,
             counts: Counts::default(),
+            texture_counts: Counts::default(),
             instructions: Instructions::default(),
             cpi: CpiStack::default(),
             visits: 0,
@@ -225,7 +235,7 @@ impl<'a> Sm<'a> {
     pub fn step(&mut self, machine: &Machine, program: &Program, memory: &mut Memory, now: u64) -> bool {
         self.settle(now);
         self.stepped = now;
-        self.write_back(now, program);
+        self.write_back(machine, now, program);
         let mut finished = self.respond(machine, program, memory, now);
         if !self.misses.is_empty()
             && !memory.full(usize::from(self.id))
@@ -235,6 +245,9 @@ impl<'a> Sm<'a> {
             self.stuck = false;
         }
         self.access(machine, program, now);
+        self.sample(machine, program, now);
+        // A scheduler that loses its issue to a replay keeps back warps that could issue in the next cycle.
+        let replaying = self.replays.iter().any(|&lost| lost > 0);
         let (issued, blocked) = self.issue(machine, program, now);
         finished |= issued.2;
         if issued.0 > 0 {
@@ -247,6 +260,8 @@ impl<'a> Sm<'a> {
         let blocked_for_now = blocked.is_some_and(|stall| stall != Stall::MemoryStructural || !self.stuck);
         let busy = blocked_for_now
             || !self.queue.is_empty() && !self.stuck
+            || !self.texture.queue.is_empty()
+            || replaying
             || !self.misses.is_empty()
             || !self.served.is_empty()
             || self.write_back.is_some()
