@@ -138,6 +138,76 @@ fn the_paper_is_reproduced_without_its_scenes() {
     }
 }
 
+#[test]
+fn the_paper_within_a_tolerance_says_what_it_used() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let size = ["--width", "16", "--height", "12", "--per-hit", "1", "--no-sensitivity", "--tolerance", "0.2"];
+    caribou(&[&["paper", "-o", out][..], &size].concat())
+        .success()
+        .stdout(contains("Tolerance 0.2").and(contains("by samples")).and(contains("of migration whole, as caches")));
+    let report: Value = serde_json::from_slice(&std::fs::read(folder.path().join("paper.json")).unwrap()).unwrap();
+    let used = report["used"].as_array().unwrap();
+    let runs = |fidelity: &str| {
+        used.iter().find(|used| used["fidelity"] == fidelity).map_or(0, |used| used["runs"].as_u64().unwrap())
+    };
+    // Tables II and III: 8 standard and 16 migrating runs; figures 2 to 4: 30 standard ones.
+    assert_eq!((runs("sampled"), runs("caches"), used.len()), (38, 16, 2), "{used:?}");
+    assert_eq!((&report["fidelity"], &report["machine"]), (&"sampled".into(), &"gpgpusim-3.2.2".into()));
+
+    for bad in ["0", "-0.1", "1.01", "NaN", "x"] {
+        caribou(&["paper", "-o", out, "--tolerance", bad]).code(2).stderr(contains("above 0 and at most 1"));
+    }
+    caribou(&["paper", "-o", out, "--tolerance", "0.1", "--fidelity", "cycles"])
+        .code(2)
+        .stderr(contains("goes with --fidelity sampled"));
+}
+
+#[test]
+fn rays_that_no_picture_has_are_left_out_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("forest.glb");
+    let scene = scene.to_str().unwrap();
+    caribou(&["scene", "forest", "--triangles", "1000", "-q", "-o", scene]).success();
+    let model = |kind: &str| {
+        let size = ["--width", "32", "--height", "24", "--tolerance", "0.1", "--json", "-"];
+        json(&[&["model", scene, "--rays", kind][..], &size].concat())
+    };
+    let reflected = model("reflect");
+    assert_eq!((reflected["rays"].as_u64(), reflected["cycles"].as_u64()), (Some(0), Some(0)));
+    let skipped = |prediction: &Value| prediction["tolerance"]["skipped"][0]["what"].as_str().map(str::to_owned);
+    assert_eq!(skipped(&reflected).as_deref(), Some("pass of reflected rays"));
+    // The picture agrees: a path in it never goes on by reflection.
+    let info = json(&["info", scene, "--json"]);
+    assert_eq!((&info["features"]["mirrors"], &info["features"]["glass"]), (&false.into(), &false.into()));
+    assert!(model("diffuse")["rays"].as_u64().unwrap() > 0);
+}
+
+#[test]
+fn a_launch_within_the_l2_is_predicted_without_it_and_agrees_with_the_full_model() {
+    let full = small(&["--fidelity", "caches"]);
+    let within = small(&["--tolerance", "0.02"]);
+    let effort = &within["tolerance"];
+    assert_eq!(effort["skipped"][0]["what"], "replay of the L2");
+    assert!(effort["saving_estimated"].as_f64().unwrap() >= 1.0);
+    for value in ["/cycles", "/l1/miss_rate", "/l2/miss_rate"] {
+        let [full, within] = [&full, &within].map(|prediction| prediction.pointer(value).unwrap().as_f64().unwrap());
+        assert!((within / full - 1.0).abs() <= 0.02, "{value}: {within}, in full {full}");
+    }
+    let text = caribou(&[&SMALL[..], &["--tolerance", "0.02"]].concat()).success();
+    text.stdout(
+        contains("left out").and(contains("only first touches miss")).and(contains("times less than the full")),
+    );
+}
+
+#[test]
+fn what_a_scene_does_not_need_makes_its_kernels_smaller() {
+    let kernels = json(&["info", "builtin:cornell", "--json"])["kernels"].clone();
+    let shade = kernels.as_array().unwrap().iter().find(|kernel| kernel["kernel"] == "shade").unwrap();
+    assert!(shade["instructions"].as_u64().unwrap() < shade["of"].as_u64().unwrap(), "{kernels}");
+    caribou(&["info", "builtin:cornell"]).success().stdout(contains("SPIR-V left").and(contains("shade")));
+}
+
 /// Tables II and III in the paper's accounting: with settings that the paper leaves open chosen once for all scenes,
 /// the eight ratios are near the paper's.
 #[test]
@@ -158,6 +228,7 @@ fn ratios_of_tables_2_and_3_are_near_the_paper_s() {
             grouping: Grouping::Queued,
         },
         model: Model::new("gpgpusim-3.2.2", "while-while", &[], Fidelity::Cycles).unwrap(),
+        sampling: None,
         quality: Quality::default(),
         sensitivity: false,
     };

@@ -55,7 +55,7 @@ fn a_quick_study_has_all_four_charts_with_fronts_and_exponents() {
     study(&["builtin:cornell", "-o", text(&out), "--quick", "--width", "32", "--height", "24", "--twin"])
         .success()
         .stdout(contains("On the Pareto fronts").and(contains("study.html")));
-    let report: Value = serde_json::from_slice(&std::fs::read(out.join("study.json")).unwrap()).unwrap();
+    let report = report(&out);
     assert_eq!(report["schema"], "caribou-study/1");
     let points = report["points"].as_array().unwrap();
     points.iter().for_each(assert_sound);
@@ -95,6 +95,57 @@ fn a_quick_study_has_all_four_charts_with_fronts_and_exponents() {
     assert_eq!((all_on_the_front("cycles"), all_on_the_front("l1_miss_rate")), (2, 2));
 }
 
+fn report(folder: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(folder.join("study.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn each_scene_is_judged_by_its_own_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = ["builtin:cornell", "builtin:courtyard", "-o", text(folder.path())];
+    let small = ["--quick", "--width", "32", "--height", "24", "--twin", "--quiet", "--tolerance", "0.5"];
+    study(&[&scenes[..], &small].concat()).success();
+    let report = report(folder.path());
+    let points: Vec<&Value> =
+        report["points"].as_array().unwrap().iter().filter(|point| point["chart"] == "model").collect();
+    let of_same = |point: &Value, other: &Value| ["quantity", "scene", "rays"].iter().all(|k| point[k] == other[k]);
+    let mut references = Vec::new();
+    for point in &points {
+        let full = points.iter().find(|other| of_same(point, other) && other["method"] == "cycles").unwrap();
+        assert_eq!(point["reference"], full["value"], "{point}");
+        references.push(full["value"].as_f64().unwrap().to_bits());
+    }
+    references.sort_unstable();
+    references.dedup();
+    // Two scenes, two kinds of rays, cycles and miss rates, no two alike.
+    assert_eq!(references.len(), 8);
+    let methods: Vec<&str> =
+        points.iter().filter(|point| of_same(point, points[0])).map(|p| p["method"].as_str().unwrap()).collect();
+    assert_eq!(methods, ["sampled 0.5", "sampled 0.2", "sampled 0.1", "sampled 0.05", "counters", "caches", "cycles"]);
+    let grown = report["points"].as_array().unwrap().iter().filter(|point| point["chart"] == "work");
+    assert!(grown.filter(|point| point["quantity"] == "cycles").all(|point| point["method"] == "sampled 0.5"));
+    assert_eq!(report["tolerance"], 0.5);
+}
+
+#[test]
+fn what_there_is_no_time_for_is_left_out_and_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = ["builtin:cornell", "-o", text(folder.path()), "--quick", "--width", "16", "--height", "12", "--twin"];
+    study(&[&scene[..], &["--time-limit", "1e-9"]].concat())
+        .success()
+        .stdout(contains("Left out:").and(contains("cycles at 1 sms")))
+        .stderr(contains("s  model of cornell").and(contains("s  work of procedural scenes")));
+    let report = report(folder.path());
+    let parts = report["parts"].as_array().unwrap();
+    assert!(parts.len() == 5 && parts.iter().all(|part| part["seconds"].as_f64().unwrap() >= 0.0), "{parts:?}");
+    assert!(
+        report["left_out"].as_array().unwrap().iter().all(|left| left["why"].as_str().unwrap().contains("time limit"))
+    );
+    // What every chart needs is there.
+    let has = |chart: &str| report["points"].as_array().unwrap().iter().any(|point| point["chart"] == chart);
+    assert!(["model", "image", "traversal", "work"].into_iter().all(has));
+}
+
 #[test]
 fn bad_input_is_refused_before_any_work_and_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
@@ -118,6 +169,12 @@ fn bad_input_is_refused_before_any_work_and_leaves_nothing() {
         (options(&["builtin:kitchen"]), "known scenes"),
         (options(&["--quick", "--full"]), "cannot be used with"),
         (options(&["--reference", "a.json"]), "--cases"),
+        (options(&["--tolerance", "0"]), "above 0 and at most 1"),
+        (options(&["--tolerance", "-0.1"]), "above 0 and at most 1"),
+        (options(&["--tolerance", "1.5"]), "above 0 and at most 1"),
+        (options(&["--tolerance", "NaN"]), "above 0 and at most 1"),
+        (options(&["--time-limit", "0"]), "seconds above 0"),
+        (options(&["--full", "--time-limit", "5"]), "cannot be used with"),
         (reference("missing.json"), "cannot read"),
         (reference("empty.json"), "there are none"),
         (reference("other.json"), "runs"),

@@ -12,6 +12,7 @@ use crate::bvh::partition::PartitionStatistics;
 use crate::bvh::{Bvh, Partition, Policy};
 use crate::render::features::Features;
 use crate::report::scene::SceneSummary;
+use crate::vulkan::specialised::{self, Size};
 use crate::vulkan::{DeviceInfo, Gpu, GpuOptions, Probe, list_devices};
 
 /// Show Vulkan devices and, of a scene, what it holds and its BVH
@@ -46,6 +47,9 @@ struct Report {
     scene: Option<SceneSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
     features: Option<Features>,
+    /// Kernels that depend on the features, without what the scene does not need.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    kernels: Vec<Size>,
     #[serde(skip_serializing_if = "Option::is_none")]
     partition: Option<PartitionStatistics>,
 }
@@ -69,6 +73,7 @@ impl Info {
             devices_problem: None,
             scene: None,
             features: None,
+            kernels: Vec::new(),
             partition: None,
         };
         match list_devices() {
@@ -81,7 +86,9 @@ impl Info {
             let scene = SceneArguments::named(name).load()?;
             let bvh = Bvh::build(&scene.positions, self.bvh_quality)?;
             report.scene = Some(SceneSummary::new(&scene, &bvh));
-            report.features = Some(Features::of(&scene, None));
+            let features = Features::of(&scene, None);
+            report.kernels = specialised::sizes(&features.specialization());
+            report.features = Some(features);
             if let Some(policy) = self.partition {
                 let partition = Partition::new(&bvh, policy, self.ownership.owners, self.ownership.sms)?;
                 report.partition = Some(PartitionStatistics::of(&partition));
@@ -106,7 +113,7 @@ fn text(report: &Report) -> String {
         let _ = writeln!(text, "no device: {problem}");
     }
     if let (Some(scene), Some(features)) = (&report.scene, &report.features) {
-        scene_text(&mut text, scene, features);
+        scene_text(&mut text, scene, features, &report.kernels);
     }
     if let Some(partition) = &report.partition {
         partition_text(&mut text, partition);
@@ -171,7 +178,7 @@ fn device_text(text: &mut String, device: &Device) {
     }
 }
 
-fn scene_text(text: &mut String, scene: &SceneSummary, features: &Features) {
+fn scene_text(text: &mut String, scene: &SceneSummary, features: &Features, kernels: &[Size]) {
     let _ = writeln!(text, "scene  {}", scene.name);
     let _ = writeln!(
         text,
@@ -190,6 +197,9 @@ fn scene_text(text: &mut String, scene: &SceneSummary, features: &Features) {
     let (used, unused) = features.names();
     let _ = writeln!(text, "  kernels with      {}", or_none(&used.join(", ")));
     let _ = writeln!(text, "  compiled out      {}", or_none(&unused.join(", ")));
+    let size = |size: &Size| format!("{} {} of {}", size.kernel, size.instructions, size.of);
+    let sizes = kernels.iter().map(size).collect::<Vec<_>>().join(", ");
+    let _ = writeln!(text, "  SPIR-V left       {sizes} instructions");
     for warning in &scene.loading.warnings {
         let _ = writeln!(text, "  warning           {warning}");
     }

@@ -11,6 +11,7 @@ use crate::atomic_file::check_writable;
 use crate::bvh::{Owners, Policy};
 use crate::fermi::plan::Grouping;
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
+use crate::fermi::sampled::{self, Skipped};
 use crate::render::features::Features;
 use crate::render::rays::{Batch, Part, RayKind, twin_part};
 use crate::render::settings::Settings;
@@ -87,7 +88,8 @@ pub struct Model {
     /// How exactly time is modelled
     #[arg(long, value_enum, default_value_t = Fidelity::Cycles, default_value_if("tolerance", ArgPredicate::IsPresent, "sampled"))]
     fidelity: Fidelity,
-    /// Sample no more warps than cycles and L1 miss rate within this part of themselves need, e.g. 0.02
+    /// Do no more than cycles and L1 miss rate within this part of themselves need, e.g. 0.02: leave out caches that hold
+    /// all that the rays touch, and sample warps
     #[arg(long, value_name = "X", value_parser = tolerance::fraction, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// With a tolerance: give the best answer after this time
@@ -132,8 +134,8 @@ impl Model {
                 self.show(&rows, || reference::table(&rows))
             }
             _ => {
-                if self.fidelity == Fidelity::Sampled {
-                    return self.sample();
+                if let Some(request) = tolerance::request(self.fidelity, self.tolerance, self.time_limit)? {
+                    return self.sample(&request);
                 }
                 let recording = self.record()?;
                 match &self.sweep {
@@ -194,7 +196,7 @@ impl Model {
     }
 
     /// Predicts from as few rays as the tolerance allows.
-    fn sample(&self) -> Result<()> {
+    fn sample(&self, request: &sampled::Request) -> Result<()> {
         let model = experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
         if self.strategy != Strategy::Direct || self.bvh.is_some() || self.sweep.is_some() || self.search {
             return Err(Error::usage("--fidelity sampled", "it samples the rays of a scene under strategy direct"));
@@ -202,7 +204,13 @@ impl Model {
         let (prepared, rays) = self.rays()?;
         let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
         let traceable = Traceable { bvh: &prepared.bvh, children: &children, rays: &rays, query: self.rays.query() };
-        let prediction = model.sampled(&traceable, &tolerance::request(self.tolerance, self.time_limit))?;
+        let features = Features::of(&prepared.scene, None);
+        let prediction = if self.rays == RayKind::Reflect && !features.mirrors && !features.glass {
+            let (what, why) = ("pass of reflected rays", "no material reflects or refracts, so a picture has none");
+            model.left_out(&traceable, request, Skipped { what, why: why.to_owned() })?
+        } else {
+            model.sampled(&traceable, request)?
+        };
         self.show(&prediction, || model::table(&prediction))?;
         tolerance::check(prediction.tolerance.as_ref())
     }
@@ -210,9 +218,6 @@ impl Model {
     fn record(&self) -> Result<Recording> {
         // What cannot be predicted is refused before anything is traced.
         experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
-        if self.tolerance.is_some() {
-            return Err(Error::usage("--tolerance", "it goes with --fidelity sampled alone"));
-        }
         if let (Some(bvh), Some(rays)) = (&self.bvh, &self.ray_file) {
             let tree = read_tree(bvh)?;
             let (_, trace) = record_reference(&tree, &read_rays(rays)?);
@@ -234,14 +239,6 @@ impl Model {
             ..Settings::default()
         };
         settings.check()?;
-        let features = Features::of(&prepared.scene, None);
-        if self.fidelity == Fidelity::Sampled && self.rays == RayKind::Reflect && !features.mirrors && !features.glass {
-            let what = "--rays reflect: no material reflects or refracts, so a picture has no such pass";
-            return Err(Error::usage(
-                what,
-                "nothing needs to be modelled; other fidelities mirror rays at any surface",
-            ));
-        }
         let batch = Batch { kind: self.rays, per_hit: self.per_hit, sorted: self.sort };
         let rays = twin_part(&prepared.bvh, &prepared.tables, &settings.frame(&camera), batch, self.part);
         if rays.is_empty() {

@@ -37,6 +37,11 @@ pub fn write_json(path: &Path, report: &impl serde::Serialize) -> Result<()> {
     write_atomically(path, |file| file.write_all(text.as_bytes()).map_err(Error::io("write", path)))
 }
 
+/// Prints a line beside the results.
+pub fn note(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
 /// Prints a warning.
 pub fn warn(text: &str) {
     let _ = writeln!(std::io::stderr(), "warning: {text}");

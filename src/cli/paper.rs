@@ -4,9 +4,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use clap::builder::ArgPredicate;
 
-use super::output;
 use super::progress::Count;
+use super::{output, tolerance};
 use crate::atomic_file::write_atomically;
 use crate::bvh::{Owners, Policy, Quality};
 use crate::fermi::plan::Grouping;
@@ -56,8 +57,12 @@ pub struct Paper {
     #[arg(long, default_value = "while-while")]
     kernel: String,
     /// How exactly time is modelled
-    #[arg(long, value_enum, default_value_t = Fidelity::Cycles)]
+    #[arg(long, value_enum, default_value_t = Fidelity::Cycles, default_value_if("tolerance", ArgPredicate::IsPresent, "sampled"))]
     fidelity: Fidelity,
+    /// Predict runs of the standard traversal from samples within this part of themselves, e.g. 0.05, and those of
+    /// migration as fidelity caches, which has no samples of them
+    #[arg(long, value_name = "X", value_parser = tolerance::fraction, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
     /// Change a number of the machine or of a kernel, as in `caribou model`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
@@ -90,12 +95,13 @@ impl Paper {
                 grouping: self.grouping,
             },
             model: Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?,
+            sampling: tolerance::request(self.fidelity, self.tolerance, None)?,
             quality: self.bvh_quality,
             sensitivity: !self.no_sensitivity,
         };
         std::fs::create_dir_all(&self.output).map_err(Error::io("create", &self.output))?;
         let count = Count::new("runs", self.quiet);
-        let report = paper::measure(&request, &|done, total| count.update(done, total))?;
+        let report = paper::measure(&request, &|done, total| count.counted(done, total))?;
         count.finish();
         let file = |name: &str| self.output.join(name);
         output::write_json(&file("paper.json"), &report)?;

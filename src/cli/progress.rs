@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::output;
 use crate::render::integrator::Progress;
 
 /// Length of the bar.
@@ -35,24 +36,48 @@ impl Bar {
     }
 }
 
-/// A bar over things that are done one after the other.
-pub struct Count(ProgressBar);
+/// A bar over things that are done one after the other, and lines above it that stay.
+pub struct Count {
+    bar: ProgressBar,
+    quiet: bool,
+}
 
 impl Count {
     /// Of things called `what`; hidden if `quiet` or if standard error is no terminal.
     pub fn new(what: &str, quiet: bool) -> Count {
-        Count(bar(&format!("{{bar:32}} {{pos}} of {{len}} {what}  {{eta}} left"), quiet, 0))
+        Count { bar: bar(&format!("{{bar:32}} {{pos}} of {{len}} {what}  {{msg}}  {{elapsed}}"), quiet, 0), quiet }
     }
 
     /// Shows how many are done.
     pub fn update(&self, done: usize, total: usize) {
-        self.0.set_length(total as u64);
-        self.0.set_position(done as u64);
+        self.bar.set_length(total as u64);
+        self.bar.set_position(done as u64);
+    }
+
+    /// Shows how many are done; where there is no bar, by a line for each tenth.
+    pub fn counted(&self, done: usize, total: usize) {
+        self.update(done, total);
+        if self.bar.is_hidden() && 10 * done / total > 10 * done.saturating_sub(1) / total {
+            self.line(&format!("{:>7.1} s  {done} of {total}", self.bar.elapsed().as_secs_f64()));
+        }
+    }
+
+    /// Shows what is being done.
+    pub fn doing(&self, what: &str) {
+        self.bar.set_message(what.to_owned());
+    }
+
+    /// Says something, unless quiet; to a file too.
+    pub fn line(&self, text: &str) {
+        match self.bar.is_hidden() {
+            true if !self.quiet => output::note(text),
+            _ => self.bar.println(text),
+        }
     }
 
     /// Removes the bar.
     pub fn finish(&self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
     }
 }
 

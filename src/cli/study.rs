@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::input::{DeviceArguments, Prepared, SceneArguments};
-use super::output;
 use super::progress::Count;
+use super::{output, tolerance};
 use crate::atomic_file::{check_writable, write_atomically};
 use crate::render::settings::Settings;
 use crate::report::chart::Format;
-use crate::report::study::{self, Request, Simulator, Subject, TOPICS, charts};
+use crate::report::study::{self, Progress, Request, Simulator, Subject, TOPICS, charts};
 use crate::scene::builtin::BUILTINS;
 use crate::{Error, Result};
 
@@ -42,9 +42,17 @@ pub struct Study {
     /// Few samples and small scenes: to see that all works
     #[arg(long, conflicts_with = "full")]
     quick: bool,
-    /// Scenes of up to 10,000,000 triangles instead of 1,000,000
+    /// No time limit, and scenes of up to 10,000,000 triangles instead of 1,000,000
     #[arg(long)]
     full: bool,
+    /// Leave out the dearest measurements that would not end in this time: pictures of many samples, cycles of large
+    /// scenes. What every chart needs is measured even so
+    #[arg(long, value_name = "SECONDS", default_value_t = 600.0, conflicts_with = "full", value_parser = tolerance::seconds, allow_negative_numbers = true)]
+    time_limit: f64,
+    /// Predict cycles that only show how cost grows from samples within this part of themselves, e.g. 0.1, and chart
+    /// that tolerance beside the others
+    #[arg(long, value_name = "X", value_parser = tolerance::fraction, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
     #[command(flatten)]
     device: DeviceArguments,
     /// Print no table and no progress
@@ -58,8 +66,14 @@ impl Study {
         let request = self.request()?;
         let subjects = self.subjects()?;
         let gpu = self.device.open()?;
-        let count = Count::new("measurements", self.quiet);
-        let report = study::measure(&request, gpu.as_ref(), &subjects, &|done, total| count.update(done, total))?;
+        let count = Count::new("parts", self.quiet);
+        let report = study::measure(&request, gpu.as_ref(), &subjects, &|progress| match progress {
+            Progress::Begins(name) => count.doing(name),
+            Progress::Ended { part, done, of } => {
+                count.update(done, of);
+                count.line(&format!("{:>7.1} s  {}", part.seconds, part.name));
+            }
+        })?;
         count.finish();
         if let Some(message) = gpu.iter().flat_map(|gpu| gpu.validation_messages()).next() {
             return Err(Error::Check(format!("validation: {message}")));
@@ -81,6 +95,8 @@ impl Study {
             simulator: simulator.map(|(file, cases)| Simulator::read(file, cases)).transpose()?,
             quick: self.quick,
             full: self.full,
+            time_limit: (!self.full).then_some(self.time_limit),
+            tolerance: self.tolerance,
         };
         request.check()?;
         std::fs::create_dir_all(&self.output).map_err(Error::io("create", &self.output))?;

@@ -1,5 +1,6 @@
 //! `--tolerance` and `--time-limit`: no more work than an answer of that quality needs.
 
+use crate::fermi::result::Fidelity;
 use crate::fermi::sampled::{Effort, Request};
 use crate::{Error, Result};
 
@@ -9,9 +10,16 @@ const DEFAULT: f64 = 0.02;
 /// Draws repeat.
 const SEED: u64 = 1;
 
-/// What is asked of the model.
-pub fn request(tolerance: Option<f64>, time_limit: Option<f64>) -> Request {
-    Request { tolerance: tolerance.unwrap_or(DEFAULT), time_limit, seed: SEED }
+/// What is asked of fidelity `sampled`; none for the others.
+///
+/// # Errors
+/// [`Error::Usage`] for a tolerance that another fidelity would ignore.
+pub fn request(fidelity: Fidelity, tolerance: Option<f64>, time_limit: Option<f64>) -> Result<Option<Request>> {
+    match (fidelity, tolerance) {
+        (Fidelity::Sampled, _) => Ok(Some(Request { tolerance: tolerance.unwrap_or(DEFAULT), time_limit, seed: SEED })),
+        (_, Some(_)) => Err(Error::usage("--tolerance", "it goes with --fidelity sampled alone")),
+        _ => Ok(None),
+    }
 }
 
 /// A part of the whole: above 0, at most 1.

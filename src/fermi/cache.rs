@@ -29,12 +29,31 @@ pub enum Lookup {
     Full,
 }
 
+/// A place for each line of a launch, of those that lie one after the other from `data` on and, before these, from `stack`
+/// on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Places {
+    /// First line of trees, rays and hits, and their number.
+    pub data: (u64, u64),
+    /// First line of stacks, and their number.
+    pub stack: (u64, u64),
+}
+
+/// Where a line may be.
+#[derive(Clone, Copy, Debug)]
+enum Index {
+    /// In any way of its set.
+    Sets(Mapping),
+    /// In its own place.
+    Places(Places),
+}
+
 /// A cache. Lines are known by number (address / line size).
 #[derive(Clone, Debug)]
 pub struct Cache {
     ways: usize,
     sets: u64,
-    mapping: Mapping,
+    index: Index,
     tags: Vec<u64>,
     states: Vec<State>,
     used: Vec<u64>,
@@ -47,11 +66,17 @@ impl Cache {
         Cache {
             ways: ways as usize,
             sets,
-            mapping,
+            index: Index::Sets(mapping),
             tags: vec![NONE; lines],
             states: vec![State::Invalid; lines],
             used: vec![0; lines],
         }
+    }
+
+    /// An empty cache that holds all lines of a launch and so never replaces one.
+    pub fn roomy(places: Places) -> Cache {
+        let index = Index::Places(places);
+        Cache { index, ..Cache::new(places.data.1 + places.stack.1, 1, Mapping::Linear) }
     }
 
     /// `count` such caches, numbered from 0.
@@ -68,11 +93,18 @@ impl Cache {
         self.tags.len()
     }
 
+    /// Lines that it holds.
+    pub fn held(&self) -> impl Iterator<Item = u64> {
+        self.tags.iter().copied().filter(|&line| line != NONE)
+    }
+
     /// Set of line `line`.
     pub fn set(&self, line: u64) -> u64 {
-        match self.mapping {
-            Mapping::Linear => line & (self.sets - 1),
-            Mapping::Hashed => hashed(line, self.sets),
+        match self.index {
+            Index::Sets(Mapping::Linear) => line & (self.sets - 1),
+            Index::Sets(Mapping::Hashed) => hashed(line, self.sets),
+            Index::Places(Places { data, .. }) if line >= data.0 => line - data.0,
+            Index::Places(Places { data, stack }) => data.1 + line - stack.0,
         }
     }
 

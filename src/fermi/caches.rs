@@ -9,10 +9,11 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use super::addresses::Addresses;
-use super::cache::{Cache, Lookup};
+use super::cache::{Cache, Lookup, Places};
 use super::kernel::Block;
 use super::launch::Launch;
-use super::machine::{LINE, Machine, Mapping};
+use super::machine::{Machine, Mapping};
+use super::needs::Demand;
 use super::occupancy::launchable;
 use super::profile::{Cost, profile};
 use super::result::{Counts, CpiStack, Instructions, Part};
@@ -26,16 +27,16 @@ use crate::Result;
 /// [`crate::Error::Usage`] if no block fits a multiprocessor.
 pub fn replay(machine: &Machine, launches: &[Launch]) -> Result<Vec<Part>> {
     let unloaded = Times::unloaded(machine);
-    let mut l2 = SecondLevel::new(machine);
+    let mut l2 = SecondLevel::new(machine, None);
     let mut loads = Vec::new();
     for launch in launches {
-        loads.push(Replay::new(machine, launch, unloaded, &mut l2)?.run().load());
+        loads.push(Replay::new(machine, launch, unloaded, (None, &mut l2))?.run().load());
     }
-    let mut l2 = SecondLevel::new(machine);
+    let mut l2 = SecondLevel::new(machine, None);
     let mut parts = Vec::new();
     for (launch, load) in launches.iter().zip(loads) {
         let times = unloaded.with_queues(machine, &load);
-        let outcome = Replay::new(machine, launch, times, &mut l2)?.run();
+        let outcome = Replay::new(machine, launch, times, (None, &mut l2))?.run();
         parts.push(part(machine, launch, times, &outcome)?);
     }
     Ok(parts)
@@ -106,7 +107,49 @@ impl Outcome {
 /// # Errors
 /// [`crate::Error::Usage`] if no block fits a multiprocessor.
 pub(super) fn pass(machine: &Machine, launch: &Launch, times: Times) -> Result<Outcome> {
-    Ok(Replay::new(machine, launch, times, &mut SecondLevel::new(machine))?.run())
+    Ok(Replay::new(machine, launch, times, (None, &mut SecondLevel::new(machine, None)))?.run())
+}
+
+/// Caches that hold all that a launch can touch, and so need no replay: see [`super::needs`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Room {
+    /// Places of lines in each first-level cache.
+    pub(super) l1: Option<Places>,
+    /// Places of lines in the second-level cache.
+    pub(super) l2: Option<Places>,
+}
+
+/// The same with caches that have `room`, and what was asked of the L1 of the multiprocessor that asked for the most and
+/// of the L2, where they have.
+///
+/// # Errors
+/// [`crate::Error::Usage`] if no block fits a multiprocessor.
+pub(super) fn pass_in(
+    machine: &Machine,
+    launch: &Launch,
+    times: Times,
+    room: Room,
+) -> Result<(Outcome, [Option<Demand>; 2])> {
+    let mut l2 = SecondLevel::new(machine, room.l2);
+    let mut replay = Replay::new(machine, launch, times, (room.l1, &mut l2))?;
+    let outcome = replay.run();
+    let real = Cache::new(machine.l1.sets(), machine.l1.ways, machine.l1.mapping);
+    let of_sm = |sm: &Multiprocessor| {
+        Demand::new(
+            sm.data.cache.held().map(|line| real.set(line) as usize),
+            machine.l1.sets() as usize,
+            machine.l1.ways,
+        )
+    };
+    let l1 = room.l1.and_then(|_| replay.sms.iter().map(of_sm).reduce(Demand::or));
+    let (addresses, sets) = (Addresses::new(machine), machine.l2.sets() as usize);
+    let set = |line: u64| {
+        let home = addresses.home(line);
+        home.slice * sets + home.local as usize % sets
+    };
+    let l2 =
+        room.l2.map(|_| Demand::new(l2.slices[0].held().map(set), sets * machine.l2.slices as usize, machine.l2.ways));
+    Ok((outcome, [l1, l2]))
 }
 
 struct Resident<'a> {
@@ -168,32 +211,40 @@ struct Replay<'a> {
 
 /// The L2, which outlives a launch.
 struct SecondLevel {
-    addresses: Addresses,
+    /// How lines are spread over slices; none where one cache stands for all of them.
+    addresses: Option<Addresses>,
     slices: Vec<Cache>,
     /// Accesses of all caches so far: the clock of their replacement.
     ticks: u64,
 }
 
 impl SecondLevel {
-    fn new(machine: &Machine) -> SecondLevel {
-        let sets = machine.l2.slice_kib * 1024 / LINE / machine.l2.ways;
-        let slice = Cache::new(sets, machine.l2.ways, Mapping::Linear);
-        SecondLevel { addresses: Addresses::new(machine), slices: vec![slice; machine.l2.slices as usize], ticks: 0 }
+    fn new(machine: &Machine, room: Option<Places>) -> SecondLevel {
+        let slices = match room {
+            Some(places) => vec![Cache::roomy(places)],
+            None => {
+                let slice = Cache::new(machine.l2.sets(), machine.l2.ways, Mapping::Linear);
+                vec![slice; machine.l2.slices as usize]
+            }
+        };
+        let addresses = room.is_none().then(|| Addresses::new(machine));
+        SecondLevel { addresses, slices, ticks: 0 }
     }
 
     /// One line. Returns whether it was there.
     fn access(&mut self, line: u64, counts: &mut Counts) -> bool {
         counts.accesses += 1;
-        let home = self.addresses.home(line);
-        let slice = &mut self.slices[home.slice];
-        match slice.look(home.local) {
+        let home = self.addresses.map(|addresses| addresses.home(line));
+        let (slice, local) = home.map_or((0, line), |home| (home.slice, home.local));
+        let slice = &mut self.slices[slice];
+        match slice.look(local) {
             Lookup::Hit(way) | Lookup::Pending(way) => {
                 slice.touch(way, self.ticks);
                 true
             }
             Lookup::Miss(way) => {
                 counts.misses += 1;
-                slice.reserve(way, home.local, self.ticks);
+                slice.reserve(way, local, self.ticks);
                 slice.fill(way);
                 false
             }
@@ -203,10 +254,18 @@ impl SecondLevel {
 }
 
 impl<'a> Replay<'a> {
-    fn new(machine: &'a Machine, launch: &'a Launch<'a>, times: Times, l2: &'a mut SecondLevel) -> Result<Replay<'a>> {
+    fn new(
+        machine: &'a Machine,
+        launch: &'a Launch<'a>,
+        times: Times,
+        (room, l2): (Option<Places>, &'a mut SecondLevel),
+    ) -> Result<Replay<'a>> {
         let slots = launch.slots(launchable(machine, launch)?.blocks);
         let resident = (slots * launch.block_threads().next_multiple_of(LANES)) as u64 * u64::from(machine.sms);
-        let cache = Cache::new(machine.l1.sets(), machine.l1.ways, machine.l1.mapping).times(launch.caches());
+        let cache = match room {
+            Some(places) => Cache::roomy(places),
+            None => Cache::new(machine.l1.sets(), machine.l1.ways, machine.l1.mapping).times(launch.caches()),
+        };
         let sm = |_| Multiprocessor {
             data: FirstLevel::new(cache.clone()),
             texture: FirstLevel::new(machine.texture.cache()),
@@ -232,7 +291,7 @@ impl<'a> Replay<'a> {
         })
     }
 
-    fn run(mut self) -> Outcome {
+    fn run(&mut self) -> Outcome {
         for slot in 0..self.sms[0].blocks.len() {
             for sm in 0..self.sms.len() {
                 self.launch(sm, slot, 0.0);
@@ -252,7 +311,7 @@ impl<'a> Replay<'a> {
             cycles: ends().fold(0.0, f64::max),
             busy_cycles: ends().sum::<f64>() / self.sms.len() as f64,
             total,
-            spans: self.spans,
+            spans: std::mem::take(&mut self.spans),
         }
     }
 

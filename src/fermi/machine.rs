@@ -421,6 +421,13 @@ impl Sm {
     }
 }
 
+impl L2 {
+    /// Sets of a slice.
+    pub fn sets(&self) -> u64 {
+        self.slice_kib * 1024 / LINE / self.ways
+    }
+}
+
 impl L1 {
     /// Ways that Fermi has at a capacity (fermi.md, Caches: 16 KB is 32 sets of 4, 48 KB is 64 sets of 6).
     fn natural_ways(kib: u64) -> u64 {

@@ -12,6 +12,7 @@ pub mod kernel;
 pub mod launch;
 pub mod lockstep;
 pub mod machine;
+pub mod needs;
 pub mod occupancy;
 pub mod plan;
 pub mod profile;

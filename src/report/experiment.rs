@@ -1,14 +1,17 @@
 //! Rays recorded in a tree, and what a described machine would do with them under each strategy.
 
+use serde::{Serialize, Serializer};
+
 use crate::bvh::{Bvh, Owners, Partition, Policy};
 use crate::fermi;
 use crate::fermi::cut::Cut;
 use crate::fermi::kernel::{Kernel, Loops};
 use crate::fermi::launch::{Launch, Stage, Work, Workload};
 use crate::fermi::machine::Machine;
+use crate::fermi::needs;
 use crate::fermi::plan::{FreeVisits, Grouping, Kernels, Migration};
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
-use crate::fermi::sampled::{self, Request, Source};
+use crate::fermi::sampled::{self, Request, Skipped, Source};
 use crate::layout::{Ray, RayCounters};
 use crate::trace::steps::record_steps;
 use crate::trace::{Query, StepTrace, Strategy};
@@ -87,22 +90,38 @@ impl Source for Traceable<'_> {
 }
 
 /// A machine and the kernels that it runs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Model {
-    /// The machine.
+    /// The machine, by its name in reports.
+    #[serde(serialize_with = "machine_name")]
     pub machine: Machine,
     /// Kernel of strategies `direct` and `persistent`, and of the paper's traversal stage.
+    #[serde(serialize_with = "kernel_name")]
     pub kernel: Kernel,
     /// Kernels of strategy `migrate`.
+    #[serde(skip)]
     pub migrate: Kernels,
     /// How exactly time is modelled.
     pub fidelity: Fidelity,
 }
 
+fn machine_name<S: Serializer>(machine: &Machine, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_str(&machine.name)
+}
+
+fn kernel_name<S: Serializer>(kernel: &Kernel, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_str(&kernel.name)
+}
+
+fn policy_text<S: Serializer>(policy: &Policy, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_str(policy)
+}
+
 /// How rays migrate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Migrate {
     /// Where the tree is cut.
+    #[serde(serialize_with = "policy_text")]
     pub partition: Policy,
     /// Which multiprocessor gets which subtree.
     pub owners: Owners,
@@ -192,12 +211,24 @@ impl Model {
         }
     }
 
-    /// Strategy `direct` for rays that are traced as the sample wants them.
+    /// Strategy `direct` with no more than the tolerance needs: without the caches that hold all that the rays can touch,
+    /// else from a sample, for which rays are traced as it wants them.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] if the kernel does not fit the machine.
     pub fn sampled(&self, rays: &Traceable, request: &Request) -> Result<Prediction> {
-        sampled::predict(&self.machine, &self.kernel, rays, request)
+        match needs::predict(&self.machine, &self.kernel, rays, request)? {
+            Some(prediction) => Ok(prediction),
+            None => sampled::predict(&self.machine, &self.kernel, rays, request),
+        }
+    }
+
+    /// A pass over `rays` that a picture does not have.
+    ///
+    /// # Errors
+    /// As of [`Model::sampled`].
+    pub fn left_out(&self, rays: &Traceable, request: &Request, why: Skipped) -> Result<Prediction> {
+        needs::left_out(&self.machine, &self.kernel, rays, request, why)
     }
 
     fn launch<'a>(&'a self, workload: Workload<'a>, work: Work<'a>, virtual_caches: bool) -> Launch<'a> {

@@ -29,7 +29,10 @@ pub fn table(p: &Prediction) -> String {
             line("left out", format!("{}: {}", skipped.what, skipped.why));
         }
         let Effort { seconds_recording, seconds_model, saving_estimated, .. } = effort;
-        let saving = format!("{saving_estimated:.1} times less than the full replay, by estimate");
+        let saving = match saving_estimated.is_finite() {
+            true => format!("{saving_estimated:.1} times less than the full replay, by estimate"),
+            false => "nothing was recorded or replayed".to_owned(),
+        };
         line("cost", format!("{seconds_recording:.2} s of recording, {seconds_model:.2} s of modelling; {saving}"));
     }
     for (part, cycles) in p.cpi.parts() {

@@ -32,6 +32,7 @@ mod pipeline;
 mod probe;
 mod recorder;
 mod select;
+pub mod specialised;
 mod timestamps;
 mod transfer;
 mod validation;

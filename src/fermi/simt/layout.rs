@@ -1,6 +1,9 @@
 //! Where things lie in memory.
 
+use std::ops::Range;
+
 use super::LANES;
+use crate::fermi::cache::Places;
 use crate::fermi::cut::Home;
 use crate::fermi::launch::Workload;
 use crate::fermi::machine::LINE;
@@ -14,6 +17,11 @@ pub(super) const WORD: u64 = 4;
 /// Bytes of `T` in memory: of this project and, for nodes, triangles, rays and hits, of the reference kernel.
 pub(super) const fn bytes<T>() -> u64 {
     size_of::<T>() as u64
+}
+
+/// Lines that hold bytes `bytes`.
+fn lines(bytes: Range<u64>) -> Range<u64> {
+    bytes.start / LINE..bytes.end.div_ceil(LINE)
 }
 
 /// Where things lie in memory: one allocation after the other, each on a multiple of 256 bytes, as a device
@@ -108,6 +116,22 @@ impl Layout {
     /// Entry `depth` of the stack of thread number `thread` among those resident.
     pub(in crate::fermi) fn stack(&self, thread: u64, depth: u32) -> u64 {
         self.stacks + thread * WORD + u64::from(depth) * self.stride
+    }
+
+    /// Lines of nodes and triangles.
+    pub fn tree_lines(&self) -> Range<u64> {
+        lines(self.nodes..self.rays)
+    }
+
+    /// Lines of everything but stacks.
+    pub fn data_lines(&self) -> Range<u64> {
+        lines(self.nodes..self.counts)
+    }
+
+    /// A place for each line, with stacks of `entries` entries.
+    pub fn places(&self, entries: u32) -> Places {
+        let (data, stack) = (self.data_lines(), lines(self.stacks..self.stack(0, entries)));
+        Places { data: (data.start, data.end - data.start), stack: (stack.start, stack.end - stack.start) }
     }
 
     /// Virtual cache of a line: that of the subtree whose node or triangle it begins with, 0 for all else.

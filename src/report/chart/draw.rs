@@ -25,6 +25,9 @@ const PALETTE: [RGBColor; 7] = [
 
 const GRID: RGBColor = RGBColor(224, 224, 224);
 
+/// Fronts, which have no markers of their own: their points are those of other series.
+const FRONT: RGBColor = RGBColor(128, 128, 128);
+
 /// Markers tell series apart without colour; points of a line are marked if there are at most so many.
 const MOST_MARKED: usize = 40;
 
@@ -124,7 +127,7 @@ fn draw_panel(root: &Area, panel: &Panel, (left, top): Place, title_height: i32)
         let (x, y) = (left + GAP + x, below + y + LINE / 2);
         let series = &panel.chart.series[index];
         let sample: Vec<Place> = if series.style == Style::Points { vec![] } else { vec![(x, y), (x + 22, y)] };
-        line(root, sample, color(index), 2)?;
+        line(root, sample, color(series, index), 2)?;
         if is_marked(series) {
             marker(root, (x + 11, y), index)?;
         }
@@ -222,7 +225,7 @@ impl Plot {
     }
 
     fn series(&self, root: &Area, series: &Series, index: usize) -> Drawn {
-        let color = color(index);
+        let color = color(series, index);
         let mut points = series.points.clone();
         if series.style == Style::Front {
             points.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -254,11 +257,15 @@ fn staircase(places: &[Place]) -> Vec<Place> {
 }
 
 fn is_marked(series: &Series) -> bool {
-    series.style == Style::Points || series.points.len() <= MOST_MARKED
+    match series.style {
+        Style::Points => true,
+        Style::Line => series.points.len() <= MOST_MARKED,
+        Style::Front => false,
+    }
 }
 
-fn color(index: usize) -> RGBColor {
-    PALETTE[index % PALETTE.len()]
+fn color(series: &Series, index: usize) -> RGBColor {
+    if series.style == Style::Front { FRONT } else { PALETTE[index % PALETTE.len()] }
 }
 
 /// Sizes of fonts are those of a box around the text in plotters.
@@ -283,7 +290,7 @@ fn line(root: &Area, places: Vec<Place>, color: RGBColor, width: u32) -> Drawn {
 
 /// Each of the first four series has a shape of its own.
 fn marker(root: &Area, (x, y): Place, index: usize) -> Drawn {
-    let style = color(index).filled();
+    let style = PALETTE[index % PALETTE.len()].filled();
     let corners: &[Place] = match index % 4 {
         0 => return Ok(root.draw(&Circle::new((x, y), 4, style))?),
         1 => &[(-4, -4), (4, -4), (4, 4), (-4, 4)],

@@ -1,15 +1,22 @@
 //! Predictions of many runs, each made once.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
+use serde::Serialize;
+
+use super::Request;
 use super::scenes::Subject;
 use crate::Result;
-use crate::fermi::result::Prediction;
+use crate::fermi::result::{Fidelity, Prediction};
+use crate::fermi::simt::LANES;
+use crate::layout::Ray;
 use crate::render::rays::Batch;
-use crate::report::experiment::{Migrate, Model, Recorded};
-use crate::trace::Strategy;
+use crate::report::experiment::{Migrate, Recorded, Traceable};
+use crate::trace::steps::record_steps;
+use crate::trace::{StepTrace, Strategy};
 
 /// A run to be predicted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,17 +33,30 @@ pub struct Job {
     pub sms: Option<u32>,
 }
 
+/// Runs that were predicted in one way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Used {
+    /// The way.
+    pub fidelity: Fidelity,
+    /// Runs.
+    pub runs: usize,
+    /// Warps that their rays make where they are launched.
+    pub warps: u64,
+    /// Those of them that were replayed.
+    pub replayed: u64,
+}
+
 /// What was predicted.
 #[derive(Clone, Debug, Default)]
 pub struct Predictions(Vec<(Job, Prediction)>);
 
 impl Predictions {
-    /// Predicts `jobs` with `model`, those of the same rays together; `done` hears of each that is finished.
+    /// Predicts `jobs` as `request` says, those of the same rays together; `done` hears of each that is finished.
     ///
     /// # Errors
     /// Of the first job that fails.
     pub fn of(
-        model: &Model,
+        request: &Request,
         subjects: &[Subject],
         mut jobs: Vec<Job>,
         done: &(dyn Fn(usize, usize) + Sync),
@@ -59,12 +79,9 @@ impl Predictions {
         }
         // Rays of one group at a time and thread, so that few are in memory.
         let predict_group = |group: Vec<Job>| -> Result<Vec<(Job, Prediction)>> {
-            let subject = &subjects[group[0].subject];
-            let trace = subject.record(group[0].size, group[0].batch);
-            let triangles = subject.bvh.triangle_count;
-            let recorded = Recorded { trace: &trace, children: &subject.children, triangles };
+            let traced = Traced::new(&subjects[group[0].subject], &group[0]);
             let predict = |job: Job| -> Result<(Job, Prediction)> {
-                let prediction = predict(model, subject, &recorded, &job)?;
+                let prediction = traced.predict(request, &job)?;
                 done(finished.fetch_add(1, Ordering::Relaxed) + 1, total);
                 Ok((job, prediction))
             };
@@ -72,6 +89,25 @@ impl Predictions {
         };
         let groups = groups.into_par_iter().map(predict_group).collect::<Result<Vec<_>>>()?;
         Ok(Predictions(groups.into_iter().flatten().collect()))
+    }
+
+    /// How many runs were predicted how.
+    pub fn used(&self) -> Vec<Used> {
+        let mut all: Vec<Used> = Vec::new();
+        for (_, prediction) in &self.0 {
+            let fidelity = prediction.fidelity;
+            let place = all.iter().position(|used| used.fidelity == fidelity).unwrap_or_else(|| {
+                all.push(Used { fidelity, runs: 0, warps: 0, replayed: 0 });
+                all.len() - 1
+            });
+            let whole = prediction.rays.div_ceil(LANES as u64);
+            let effort = prediction.tolerance.as_ref();
+            all[place].runs += 1;
+            all[place].warps += whole;
+            all[place].replayed += effort.map_or(whole, |effort| effort.sampled_warps as u64);
+        }
+        all.sort_by_key(|used| used.fidelity as u8);
+        all
     }
 
     /// The prediction of `job`, which was among the jobs.
@@ -84,11 +120,36 @@ impl Predictions {
     }
 }
 
-fn predict(model: &Model, subject: &Subject, recorded: &Recorded, job: &Job) -> Result<Prediction> {
-    let mut model = model.clone();
-    model.machine.sms = job.sms.unwrap_or(model.machine.sms);
-    match job.migrate {
-        None => model.whole(recorded, Strategy::Direct),
-        Some(migrate) => model.migrated(recorded, &subject.bvh, &migrate),
+/// Rays of a group of jobs, recorded if one wants them all.
+struct Traced<'a> {
+    subject: &'a Subject,
+    batch: Batch,
+    rays: Vec<Ray>,
+    trace: OnceLock<StepTrace>,
+}
+
+impl<'a> Traced<'a> {
+    fn new(subject: &'a Subject, job: &Job) -> Traced<'a> {
+        Traced { subject, batch: job.batch, rays: subject.rays(job.size, job.batch), trace: OnceLock::new() }
+    }
+
+    fn predict(&self, request: &Request, job: &Job) -> Result<Prediction> {
+        let Traced { subject, batch, rays, trace } = self;
+        let mut model = request.model.clone();
+        model.machine.sms = job.sms.unwrap_or(model.machine.sms);
+        let query = batch.kind.query();
+        if let (None, Some(sampling)) = (job.migrate, request.sampling) {
+            let rays = Traceable { bvh: &subject.bvh, children: &subject.children, rays, query };
+            return model.sampled(&rays, &sampling);
+        }
+        if request.sampling.is_some() {
+            model.fidelity = Fidelity::Caches;
+        }
+        let trace = trace.get_or_init(|| record_steps(&subject.bvh, rays, query).1);
+        let recorded = Recorded { trace, children: &subject.children, triangles: subject.bvh.triangle_count };
+        match job.migrate {
+            None => model.whole(&recorded, Strategy::Direct),
+            Some(migrate) => model.migrated(&recorded, &subject.bvh, &migrate),
+        }
     }
 }

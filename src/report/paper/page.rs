@@ -2,10 +2,13 @@
 
 use std::fmt::Write;
 
-use super::{Report, charts};
+use super::jobs::Used;
+use super::{Report, Request, charts};
 use crate::Result;
+use crate::fermi::result::Fidelity;
 use crate::report::chart;
 use crate::report::html::{self, Section};
+use crate::report::model::name;
 
 /// A table: names of columns, and rows.
 type Table = (Vec<String>, Vec<Vec<String>>);
@@ -67,25 +70,44 @@ pub fn text(report: &Report) -> String {
 }
 
 fn summary(report: &Report) -> String {
-    let (d, s) = (report.difference, report.secondary);
+    let Request { size, secondary, migrate, model, sampling, .. } = &report.request;
     let full = report.rows.iter().map(|row| row.full_cycle_ratio).fold(f64::INFINITY, f64::min);
-    let sorted = if s.sorted { ", sorted" } else { "" };
+    let sorted = if secondary.sorted { ", sorted" } else { "" };
+    let tolerance =
+        sampling.map_or(String::new(), |sampling| format!(" Tolerance {}: {}.", sampling.tolerance, used(report)));
     format!(
-        "{} on {}, fidelity {:?}, {} x {} pixels, secondary rays: {} ({} a hit{sorted}); subtrees {}, grouping {:?}. \
+        "{} on {}, fidelity {}, {} x {} pixels, secondary rays: {} ({} a hit{sorted}); subtrees {}, grouping {}.{tolerance} \
          In the paper's accounting the eight ratios differ from the paper's by {:.3} (misses) and {:.3} (cycles) in the \
          mean. In full accounting migration takes {full:.1} times the cycles of the standard traversal at best.",
-        report.kernel,
-        report.machine,
-        report.fidelity,
-        report.size.0,
-        report.size.1,
-        s.kind.name(),
-        s.per_hit,
-        report.partition,
-        report.grouping,
-        d.miss,
-        d.cycles,
+        model.kernel.name,
+        model.machine.name,
+        name(&model.fidelity),
+        size.0,
+        size.1,
+        secondary.kind.name(),
+        secondary.per_hit,
+        migrate.partition,
+        name(&migrate.grouping),
+        report.difference.miss,
+        report.difference.cycles,
     )
+}
+
+/// What the tolerance needed.
+fn used(report: &Report) -> String {
+    let way = |used: &Used| match used.fidelity {
+        Fidelity::Sampled => format!(
+            "{} runs of the standard traversal by samples, which replay {:.0} % of the warps",
+            used.runs,
+            100.0 * used.replayed as f64 / used.warps.max(1) as f64
+        ),
+        fidelity => format!(
+            "{} runs of migration whole, as {}, because samples are of rays that stay in their warps",
+            used.runs,
+            name(&fidelity)
+        ),
+    };
+    report.used.iter().map(way).collect::<Vec<_>>().join("; ")
 }
 
 fn owned<const N: usize>(cells: [&str; N]) -> Vec<String> {

@@ -69,6 +69,9 @@ pub const ROWS: [[Row; 4]; 2] = [
     ],
 ];
 
+/// Clusters beyond which secondary rays become slower in figure 2.
+pub const KNEE: u32 = 5;
+
 /// What the text says of figures 2 to 4, whose values it does not print.
 pub const FIGURES: [&str; 3] = [
     "The paper: speed falls short of linear, and that of secondary rays declines beyond 5 clusters.",

@@ -2,20 +2,42 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use super::published;
 use crate::bvh::{Bvh, Quality, statistics::Statistics};
 use crate::render::rays::{Batch, RayKind, twin_batch};
 use crate::render::settings::Settings;
 use crate::scene::tables::Tables;
 use crate::scene::{self, Camera, Scene, procedural};
-use crate::trace::StepTrace;
-use crate::trace::steps::record_steps;
+use crate::trace::Ray;
 use crate::{Error, Result};
 
 /// Words in a file's name by which it is known, and the procedural scene that stands in, of each of
 /// [`published::SCENES`].
 const SOURCES: [(&[&str], &str); 4] =
     [(&["fairy", "forest"], "forest"), (&["conference"], "room"), (&["dragon"], "blob"), (&["buddha"], "blob")];
+
+/// A scene: Table I.
+#[derive(Clone, Debug, Serialize)]
+pub struct SceneRow {
+    /// The paper's.
+    pub paper: published::Scene,
+    /// The file or procedural scene.
+    pub source: String,
+    /// How it differs from the paper's, if it does.
+    pub stand_in: Option<String>,
+    /// Distinct corners of its triangles.
+    pub vertices: usize,
+    /// Triangles.
+    pub triangles: usize,
+    /// Inner nodes of its BVH.
+    pub nodes: usize,
+    /// Leaves with triangles.
+    pub leaves: usize,
+    /// Bytes of nodes and triangles.
+    pub bytes: usize,
+}
 
 /// A scene to be measured.
 pub struct Subject {
@@ -66,12 +88,27 @@ impl Subject {
         })
     }
 
-    /// Steps of `batch` in a picture of `width` by `height`; none if the camera sees nothing.
-    pub fn record(&self, (width, height): (u32, u32), batch: Batch) -> StepTrace {
+    /// Rays of `batch` in a picture of `width` by `height`; none if the camera sees nothing.
+    pub fn rays(&self, (width, height): (u32, u32), batch: Batch) -> Vec<Ray> {
         let ao_radius = Settings::default_ao_radius(self.bvh.bounds);
         let settings = Settings { width, height, ao_radius, ..Settings::default() };
-        let rays = twin_batch(&self.bvh, &self.tables, &settings.frame(&self.camera), batch);
-        record_steps(&self.bvh, &rays, batch.kind.query()).1
+        twin_batch(&self.bvh, &self.tables, &settings.frame(&self.camera), batch)
+    }
+}
+
+impl SceneRow {
+    pub(super) fn of(subject: &Subject) -> SceneRow {
+        let statistics = &subject.statistics;
+        SceneRow {
+            paper: subject.paper,
+            source: subject.source.clone(),
+            stand_in: subject.stand_in.clone(),
+            vertices: subject.vertices,
+            triangles: statistics.triangles,
+            nodes: statistics.nodes,
+            leaves: statistics.leaves,
+            bytes: statistics.node_bytes + statistics.triangle_bytes,
+        }
     }
 }
 

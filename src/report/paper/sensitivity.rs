@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use super::Request;
 use super::jobs::Predictions;
-use super::{Difference, Request, Setting};
+use super::rows::{Difference, Setting};
 use crate::bvh::Policy;
 use crate::fermi::plan::Grouping;
 use crate::render::rays::{Batch, RayKind};

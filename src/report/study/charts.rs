@@ -140,7 +140,7 @@ fn cost(topic: Topic) -> Axis {
     match topic {
         Topic::Model => Axis::log("CPU time", "s"),
         Topic::Image | Topic::Work => Axis::log("time", "s"),
-        Topic::Traversal => Axis::log("nodes", "bytes"),
+        Topic::Traversal => Axis::log("nodes", "MiB"),
     }
 }
 

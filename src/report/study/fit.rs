@@ -40,7 +40,9 @@ impl Exponent {
     /// For people.
     pub fn text(&self) -> String {
         let half = self.interval.map_or(String::new(), |[low, high]| format!(" ± {:.2}", 0.5 * (high - low)));
-        format!("{:.2}{half}", self.exponent)
+        // No sign for what is shown as zero.
+        let exponent = (100.0 * self.exponent).round() / 100.0 + 0.0;
+        format!("{exponent:.2}{half}")
     }
 }
 
@@ -64,6 +66,12 @@ mod tests {
         let [low, high] = found.interval.unwrap();
         assert!((found.exponent - 0.9).abs() < 1e-12, "{found:?}");
         assert!((high - low - 2.0 * 4.303 * 0.07f64.sqrt()).abs() < 1e-3, "{found:?}");
+    }
+
+    #[test]
+    fn nothing_grows_by_minus_zero() {
+        let text = |exponent| Exponent { exponent, interval: None }.text();
+        assert_eq!([text(-0.001), text(-0.25), text(1.0)], ["0.00", "-0.25", "1.00"]);
     }
 
     #[test]

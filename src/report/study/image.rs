@@ -1,7 +1,10 @@
 //! How many samples a pixel gets: difference to a converged picture over time, by strategy.
 
-use super::points::{Parameter, Point, Quantity, REPETITIONS, Topic, repeated};
-use super::{Request, Steps, Subject};
+use std::time::Instant;
+
+use super::plan::Plan;
+use super::points::{Parameter, Point, Quantity, REPETITIONS, Row, Topic, repeated};
+use super::{Request, Subject};
 use crate::render::compare::{channel_differences, flip_of, total};
 use crate::render::features::Features;
 use crate::render::film::Film;
@@ -22,15 +25,49 @@ const MOST_REPEATED: u32 = 4;
 /// Seed of the converged picture; the others count up from 1.
 const REFERENCE_SEED: u32 = 1000;
 
-/// Samples a pixel: powers of two.
-fn ladder(request: &Request) -> Vec<u32> {
-    let most = if request.quick { 4 } else { 64 };
+/// Most samples a pixel where there is time, of a quick study, and where there is none.
+const MOST: u32 = 64;
+const MOST_QUICK: u32 = 4;
+const LEAST: u32 = 4;
+
+/// Samples a pixel: powers of two up to `most`.
+fn ladder(most: u32) -> Vec<u32> {
     (0..=u32::ilog2(most)).map(|exponent| 1 << exponent).collect()
 }
 
-/// Things done by [`measure`] for one scene.
-pub fn steps(request: &Request) -> usize {
-    1 + Strategy::ALL.len() * ladder(request).len()
+/// Pictures of so many samples.
+fn runs(spp: u32) -> u32 {
+    if spp <= MOST_REPEATED { REPETITIONS as u32 } else { 1 }
+}
+
+/// What a picture costs: seconds for itself, and for each sample a pixel.
+#[derive(Clone, Copy, Debug)]
+struct Cost {
+    picture: f64,
+    sample: f64,
+}
+
+impl Cost {
+    /// From the seconds of pictures of one and of [`LEAST`] samples.
+    fn of(one: f64, several: f64) -> Cost {
+        let sample = ((several - one) / f64::from(LEAST - 1)).max(0.0);
+        Cost { picture: (one - sample).max(0.0), sample }
+    }
+
+    fn seconds(&self, spp: u32) -> f64 {
+        self.picture + self.sample * f64::from(spp)
+    }
+
+    /// Of all pictures of a ladder up to `most`.
+    fn ladder(&self, most: u32) -> f64 {
+        ladder(most).into_iter().map(|spp| f64::from(runs(spp)) * self.seconds(spp)).sum()
+    }
+}
+
+/// Seconds of all pictures of ladders up to `most`, one a strategy, and of the converged picture, which the first makes.
+fn expected(costs: &[Cost], most: u32) -> f64 {
+    let converged = costs.first().map_or(0.0, |cost| cost.seconds(REFERENCE_FACTOR * most));
+    costs.iter().map(|cost| cost.ladder(most)).sum::<f64>() + converged
 }
 
 /// Pictures that differ in their seeds.
@@ -45,26 +82,21 @@ struct Repeated {
 ///
 /// # Errors
 /// [`Error::Device`] if the device fails, [`Error::Check`] if strategies give different pictures.
-pub fn measure(request: &Request, gpu: Option<&Gpu>, subject: &Subject, steps: &Steps) -> Result<Vec<Point>> {
-    let ladder = ladder(request);
-    let most = ladder.iter().copied().max().unwrap_or(1);
+pub fn measure(request: &Request, gpu: Option<&Gpu>, subject: &Subject, plan: &mut Plan) -> Result<Vec<Point>> {
     let studio = Studio { request, gpu, subject };
+    let most = studio.most(plan)?;
     let converged = studio.render(Strategy::Direct, REFERENCE_FACTOR * most, REFERENCE_SEED)?.film;
     let converged = converged.image(&[], false, Depth::Float)?;
-    steps.done();
     let mut known: Vec<Repeated> = Vec::new();
     let mut points = Vec::new();
     for strategy in Strategy::ALL {
-        // Compiles the strategy's kernels, which is not what is timed.
-        studio.render(strategy, 1, 1)?;
-        for (k, &spp) in ladder.iter().enumerate() {
+        for (k, spp) in ladder(most).into_iter().enumerate() {
             let (films, seconds) = studio.repeat(strategy, spp)?;
             match known.get(k) {
                 Some(known) => same(subject, strategy, known, &films)?,
                 None => known.push(Repeated::new(spp, films, &converged)?),
             }
             points.extend(known[k].points(subject, strategy, &seconds));
-            steps.done();
         }
     }
     Ok(points)
@@ -78,6 +110,29 @@ struct Studio<'a> {
 }
 
 impl Studio<'_> {
+    /// Most samples a pixel that there is time for.
+    fn most(&self, plan: &mut Plan) -> Result<u32> {
+        let seconds = |strategy, spp| -> Result<f64> {
+            let start = Instant::now();
+            self.render(strategy, spp, 1)?;
+            Ok(start.elapsed().as_secs_f64())
+        };
+        let mut costs = Vec::new();
+        for strategy in Strategy::ALL {
+            // The first picture compiles the strategy's kernels.
+            seconds(strategy, 1)?;
+            costs.push(Cost::of(seconds(strategy, 1)?, seconds(strategy, LEAST)?));
+        }
+        let wanted = if self.request.quick { MOST_QUICK } else { MOST };
+        let fitting = ladder(wanted).into_iter().rev().find(|&most| plan.affords(expected(&costs, most)));
+        let most = fitting.unwrap_or(LEAST).max(LEAST);
+        if most < wanted {
+            let what = format!("{}: pictures of {} to {wanted} samples a pixel", self.subject.name, 2 * most);
+            plan.leave_out(what, expected(&costs, wanted));
+        }
+        Ok(most)
+    }
+
     fn render(&self, strategy: Strategy, spp: u32, seed: u32) -> Result<Picture> {
         let Subject { bvh, tables, camera, scene, .. } = self.subject;
         let request = picture::Request {
@@ -93,9 +148,8 @@ impl Studio<'_> {
     }
 
     fn repeat(&self, strategy: Strategy, spp: u32) -> Result<(Vec<Film>, Vec<f64>)> {
-        let runs = if spp <= MOST_REPEATED { REPETITIONS as u32 } else { 1 };
         let mut all = (Vec::new(), Vec::new());
-        for seed in 1..=runs {
+        for seed in 1..=runs(spp) {
             let picture = self.render(strategy, spp, seed)?;
             all.0.push(picture.film);
             all.1.push(picture.render_seconds);
@@ -118,24 +172,18 @@ impl Repeated {
 
     fn points(&self, subject: &Subject, strategy: Strategy, seconds: &[f64]) -> Vec<Point> {
         let Some((seconds, _)) = repeated(seconds) else { return Vec::new() };
+        let row = Row {
+            chart: Topic::Image,
+            scene: &subject.name,
+            rays: "all",
+            method: strategy.name().to_owned(),
+            parameter: Some(Parameter { name: "spp", value: self.spp.into() }),
+        };
         let quantities = [(Quantity::Rmse, &self.rmse), (Quantity::Flip, &self.flip)];
         let point = |(quantity, values): (Quantity, &Vec<f64>)| {
             let (value, interval) = repeated(values)?;
-            Some(Point {
-                chart: Topic::Image,
-                quantity,
-                scene: subject.name.clone(),
-                rays: "all",
-                method: strategy.name().to_owned(),
-                parameter: Some(Parameter { name: "spp", value: self.spp.into() }),
-                seconds,
-                value,
-                reference: None,
-                error: Some(value),
-                interval,
-                on_front: false,
-                place: chart::Point { x: seconds, y: value, interval },
-            })
+            let place = chart::Point { x: seconds, y: value, interval };
+            Some(Point { error: Some(value), ..row.point(quantity, seconds, (value, interval), place) })
         };
         quantities.into_iter().filter_map(point).collect()
     }
@@ -150,4 +198,19 @@ fn same(subject: &Subject, strategy: Strategy, known: &Repeated, films: &[Film])
     let Repeated { spp, .. } = known;
     let name = strategy.name();
     Err(Error::Check(format!("{}: {differing} pixels of strategy {name} differ at {spp} samples", subject.name)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cost_of_a_ladder_is_that_of_its_pictures() {
+        let cost = Cost::of(3.0, 9.0);
+        assert_eq!((cost.picture, cost.sample), (1.0, 2.0));
+        // Six pictures each of 1, 2 and 4 samples, one of 8; the converged one has 32.
+        assert_eq!(cost.ladder(8), 6.0 * (3.0 + 5.0 + 9.0) + 17.0);
+        assert_eq!(expected(&[cost, cost], 8), 2.0 * cost.ladder(8) + 65.0);
+        assert_eq!(Cost::of(3.0, 2.0).seconds(100), 3.0);
+    }
 }

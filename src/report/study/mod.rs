@@ -5,19 +5,19 @@ mod fit;
 mod image;
 mod model;
 mod page;
+mod plan;
 mod points;
 mod subject;
 mod traversal;
 mod work;
 
-use std::cell::Cell;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use serde::Serialize;
 
 pub use charts::charts;
 pub use page::{COLUMNS, page, text};
+pub use plan::{LeftOut, Part, Progress};
 pub use points::{Point, Quantity, TOPICS, Topic};
 pub use subject::Subject;
 pub use work::Growth;
@@ -29,6 +29,7 @@ use crate::Result;
 use crate::fermi::result::Fidelity;
 use crate::render::rays::RayKind;
 use crate::vulkan::Gpu;
+use plan::Plan;
 
 /// Version of the JSON.
 pub const SCHEMA: &str = "caribou-study/1";
@@ -69,6 +70,10 @@ pub struct Request {
     pub quick: bool,
     /// Scenes of up to ten million triangles.
     pub full: bool,
+    /// Seconds within which the dearest measurements are left out.
+    pub time_limit: Option<f64>,
+    /// Where cycles only show how cost grows, predict them from samples that are this exact.
+    pub tolerance: Option<f64>,
 }
 
 impl Request {
@@ -98,25 +103,23 @@ pub struct Report {
     pub points: Vec<Point>,
     /// Power laws of the points of [`Topic::Work`].
     pub exponents: Vec<Growth>,
+    /// The tolerance asked for.
+    pub tolerance: Option<f64>,
+    /// How long each part took.
+    pub parts: Vec<Part>,
+    /// What there was no time for.
+    pub left_out: Vec<LeftOut>,
     /// Seconds that it took.
     pub seconds: f64,
 }
 
-/// Counts what is done.
-struct Steps<'a> {
-    done: Cell<usize>,
-    total: usize,
-    report: &'a dyn Fn(usize, usize),
-}
+/// Shares of the time limit: of the parts of each scene, of the runs of a simulator, and of procedural scenes, whose last
+/// are the dearest measurements of all.
+const SCENE_WEIGHTS: [f64; 4] = [2.0, 3.0, 1.0, 2.0];
+const SIMULATOR_WEIGHT: f64 = 2.0;
+const GROWTH_WEIGHT: f64 = 6.0;
 
-impl Steps<'_> {
-    fn done(&self) {
-        self.done.set(self.done.get() + 1);
-        (self.report)(self.done.get(), self.total);
-    }
-}
-
-/// Measures everything; `progress` hears of steps done and of steps in all. Nothing runs beside what is timed.
+/// Measures everything; `progress` hears of each part. Nothing runs beside what is timed.
 ///
 /// # Errors
 /// [`crate::Error::Usage`] for scenes that no ray meets and for unknown machines, [`crate::Error::Device`] if the
@@ -125,24 +128,24 @@ pub fn measure(
     request: &Request,
     gpu: Option<&Gpu>,
     subjects: &[Subject],
-    progress: &dyn Fn(usize, usize),
+    progress: &dyn Fn(Progress),
 ) -> Result<Report> {
-    let start = Instant::now();
-    let of_scene = model::steps() + image::steps(request) + traversal::steps() + work::steps(request);
-    let of_simulator = request.simulator.as_ref().map_or(0, model::simulator_steps);
-    let total = subjects.len() * of_scene + of_simulator + work::grow_steps(request);
-    let steps = Steps { done: Cell::new(0), total, report: progress };
+    let mut weights = SCENE_WEIGHTS.repeat(subjects.len());
+    weights.extend(request.simulator.iter().map(|_| SIMULATOR_WEIGHT));
+    weights.push(GROWTH_WEIGHT);
+    let mut plan = Plan::new(weights, request.time_limit, progress);
     let mut points = Vec::new();
     for subject in subjects {
-        points.extend(model::measure(request, subject, &steps)?);
-        points.extend(image::measure(request, gpu, subject, &steps)?);
-        points.extend(traversal::measure(request, gpu, subject, &steps)?);
-        points.extend(work::measure(request, subject, &steps)?);
+        let of = |topic: Topic| format!("{} of {}", topic.name(), subject.name);
+        points.extend(plan.part(of(Topic::Model), |_| model::measure(request, subject))?);
+        points.extend(plan.part(of(Topic::Image), |plan| image::measure(request, gpu, subject, plan))?);
+        points.extend(plan.part(of(Topic::Traversal), |_| traversal::measure(request, gpu, subject))?);
+        points.extend(plan.part(of(Topic::Work), |plan| work::measure(request, subject, plan))?);
     }
     if let Some(simulator) = &request.simulator {
-        points.extend(model::beside_simulator(simulator, &steps)?);
+        points.extend(plan.part("model beside a simulator".to_owned(), |_| model::beside_simulator(simulator))?);
     }
-    points.extend(work::grow(request, &steps)?);
+    points.extend(plan.part("work of procedural scenes".to_owned(), |plan| work::grow(request, plan))?);
     points::mark_fronts(&mut points);
     Ok(Report {
         schema: SCHEMA,
@@ -152,6 +155,9 @@ pub fn measure(
         height: request.size.1,
         exponents: work::growths(&points),
         points,
-        seconds: start.elapsed().as_secs_f64(),
+        tolerance: request.tolerance,
+        seconds: plan.elapsed(),
+        parts: plan.finished,
+        left_out: plan.left_out,
     })
 }

@@ -2,11 +2,12 @@
 
 use cpu_time::ProcessTime;
 
-use super::points::{Point, Quantity, Topic, error_interval, relative_error};
-use super::{KERNEL, KINDS, Request, Simulator, Steps, Subject};
+use super::points::{Measured, Point, Quantity, Row, Topic, error_interval, relative_error};
+use super::{KERNEL, KINDS, Request, Simulator, Subject};
 use crate::fermi::result::Fidelity;
 use crate::fermi::sampled;
 use crate::render::rays::RayKind;
+use crate::report::chart;
 use crate::report::experiment::{Model, Recording, Traceable};
 use crate::report::reference;
 use crate::trace::{Ray, Strategy};
@@ -15,72 +16,68 @@ use crate::{Error, Result};
 /// Ways to predict, the reference last.
 const METHODS: [Fidelity; 3] = [Fidelity::Counters, Fidelity::Caches, Fidelity::Cycles];
 
-/// Tolerances for which a sample is taken.
+/// Tolerances for which a sample is taken, beside the one asked for.
 const TOLERANCES: [f64; 3] = [0.2, 0.1, 0.05];
 /// Of the draws of samples.
 const SEED: u64 = 1;
 
-/// A predicted number, and its 95 % interval where it was sampled.
-#[derive(Clone, Copy, Debug)]
-struct Estimate {
-    value: f64,
-    interval: Option<[f64; 2]>,
-}
-
 /// What a way to predict says, and the CPU seconds that it took.
-struct Outcome {
-    method: String,
-    seconds: f64,
-    cycles: Estimate,
-    l1_miss_rate: Estimate,
-}
-
-/// Things done by [`measure`] for one scene.
-pub fn steps() -> usize {
-    KINDS.len() * (METHODS.len() + TOLERANCES.len())
+pub struct Outcome {
+    /// The way.
+    pub method: String,
+    /// CPU seconds.
+    pub seconds: f64,
+    /// Core cycles.
+    pub cycles: Measured,
+    /// Misses an access.
+    pub l1_miss_rate: Measured,
 }
 
 /// Cycles and miss rates of a scene, each way.
 ///
 /// # Errors
 /// Of rays that are not there, and of machines.
-pub fn measure(request: &Request, subject: &Subject, steps: &Steps) -> Result<Vec<Point>> {
+pub fn measure(request: &Request, subject: &Subject) -> Result<Vec<Point>> {
+    let mut tolerances: Vec<f64> = TOLERANCES.into_iter().chain(request.tolerance).collect();
+    tolerances.sort_by(|a, b| b.total_cmp(a));
+    tolerances.dedup();
+    let model = |fidelity| Model::new(&request.machine, KERNEL, &[], fidelity);
     let mut points = Vec::new();
     for kind in KINDS {
         let rays = subject.rays(request.size, kind)?;
         let (recording, recorded_in) = subject.record(&rays, kind);
         let mut outcomes = Vec::new();
-        for tolerance in TOLERANCES {
-            outcomes.push(sample(&request.machine, subject, (&rays, kind), tolerance)?);
-            steps.done();
+        for &tolerance in &tolerances {
+            outcomes.push(sample(&model(Fidelity::Sampled)?, subject, (&rays, kind), tolerance)?);
         }
         for fidelity in METHODS {
-            let mut outcome = predict(&request.machine, &recording, fidelity)?;
-            outcome.seconds += recorded_in;
-            outcomes.push(outcome);
-            steps.done();
+            outcomes.push(predict(&model(fidelity)?, &recording, recorded_in)?);
         }
         points.extend(beside_the_last(&outcomes, &subject.name, kind));
     }
     Ok(points)
 }
 
-fn predict(machine: &str, recording: &Recording, fidelity: Fidelity) -> Result<Outcome> {
-    let model = Model::new(machine, KERNEL, &[], fidelity)?;
+/// The whole launch, of rays that were recorded in `recorded_in` CPU seconds.
+///
+/// # Errors
+/// As of [`Model::whole`].
+pub fn predict(model: &Model, recording: &Recording, recorded_in: f64) -> Result<Outcome> {
     let start = ProcessTime::now();
     let prediction = model.whole(&recording.recorded(), Strategy::Direct)?;
-    let exact = |value| Estimate { value, interval: None };
     Ok(Outcome {
-        method: name(fidelity),
-        seconds: start.elapsed().as_secs_f64(),
-        cycles: exact(prediction.cycles as f64),
-        l1_miss_rate: exact(prediction.l1.miss_rate),
+        method: name(model.fidelity),
+        seconds: recorded_in + start.elapsed().as_secs_f64(),
+        cycles: (prediction.cycles as f64, None),
+        l1_miss_rate: (prediction.l1.miss_rate, None),
     })
 }
 
-/// A sample traces its own rays.
-fn sample(machine: &str, subject: &Subject, (rays, kind): (&[Ray], RayKind), tolerance: f64) -> Result<Outcome> {
-    let model = Model::new(machine, KERNEL, &[], Fidelity::Sampled)?;
+/// A sample, which traces its own rays.
+///
+/// # Errors
+/// As of [`Model::sampled`].
+pub fn sample(model: &Model, subject: &Subject, (rays, kind): (&[Ray], RayKind), tolerance: f64) -> Result<Outcome> {
     let start = ProcessTime::now();
     let children: Vec<[u32; 2]> = subject.bvh.nodes.iter().map(|node| node.child).collect();
     let rays = Traceable { bvh: &subject.bvh, children: &children, rays, query: kind.query() };
@@ -88,93 +85,64 @@ fn sample(machine: &str, subject: &Subject, (rays, kind): (&[Ray], RayKind), tol
     Ok(Outcome {
         method: format!("{} {tolerance}", name(Fidelity::Sampled)),
         seconds: start.elapsed().as_secs_f64(),
-        cycles: Estimate { value: prediction.cycles as f64, interval: prediction.interval },
-        l1_miss_rate: Estimate { value: prediction.l1.miss_rate, interval: prediction.l1.interval },
+        cycles: (prediction.cycles as f64, prediction.interval),
+        l1_miss_rate: (prediction.l1.miss_rate, prediction.l1.interval),
     })
 }
 
+/// Points of all outcomes, with the values of the last as the reference.
 fn beside_the_last(outcomes: &[Outcome], scene: &str, kind: RayKind) -> Vec<Point> {
-    type Of = fn(&Outcome) -> Estimate;
+    type Of = fn(&Outcome) -> Measured;
     let Some(last) = outcomes.last() else { return Vec::new() };
     let quantities: [(Quantity, Of); 2] =
         [(Quantity::Cycles, |o| o.cycles), (Quantity::L1MissRate, |o| o.l1_miss_rate)];
     let all = quantities.into_iter().flat_map(|(quantity, of)| {
-        let reference = of(last).value;
+        let (reference, _) = of(last);
         outcomes.iter().map(move |outcome| {
-            let Estimate { value, interval } = of(outcome);
-            let row = Row { quantity, scene, rays: kind.name(), method: outcome.method.clone() };
-            row.point(outcome.seconds, (value, interval), reference)
+            judged(&row(scene, kind.name(), &outcome.method), quantity, outcome.seconds, of(outcome), reference)
         })
     });
     all.collect()
 }
 
-/// What a point is of.
-struct Row<'a> {
-    quantity: Quantity,
-    scene: &'a str,
-    rays: &'static str,
-    method: String,
+fn row<'a>(scene: &'a str, rays: &'static str, method: &str) -> Row<'a> {
+    Row { chart: Topic::Model, scene, rays, method: method.to_owned(), parameter: None }
 }
 
-impl Row<'_> {
-    fn point(self, seconds: f64, (value, interval): (f64, Option<[f64; 2]>), reference: f64) -> Point {
-        let error = relative_error(value, reference);
-        let place = crate::report::chart::Point {
-            x: seconds,
-            y: error,
-            interval: interval.map(|interval| error_interval(interval, reference)),
-        };
-        Point {
-            chart: Topic::Model,
-            quantity: self.quantity,
-            scene: self.scene.to_owned(),
-            rays: self.rays,
-            method: self.method,
-            parameter: None,
-            seconds,
-            value,
-            reference: Some(reference),
-            error: Some(error),
-            interval,
-            on_front: false,
-            place,
-        }
-    }
-}
-
-/// Things done by [`beside_simulator`].
-pub fn simulator_steps(simulator: &Simulator) -> usize {
-    simulator.runs.len() * METHODS.len()
+/// A point with its error.
+fn judged(row: &Row, quantity: Quantity, seconds: f64, measured: Measured, reference: f64) -> Point {
+    let error = relative_error(measured.0, reference);
+    let interval = measured.1.map(|interval| error_interval(interval, reference));
+    let place = chart::Point { x: seconds, y: error, interval };
+    Point { reference: Some(reference), error: Some(error), ..row.point(quantity, seconds, measured, place) }
 }
 
 /// The same beside the runs of a simulator, and the simulator itself. CPU time holds all from reading the files on.
 ///
 /// # Errors
 /// As of [`reference::compare`].
-pub fn beside_simulator(simulator: &Simulator, steps: &Steps) -> Result<Vec<Point>> {
+pub fn beside_simulator(simulator: &Simulator) -> Result<Vec<Point>> {
+    const QUANTITIES: [Quantity; 2] = [Quantity::SimulatorCycles, Quantity::SimulatorL1MissRate];
     let mut points = Vec::new();
     for run in &simulator.runs {
-        let rays = batch(&run.batch);
         let scene = format!("{} {}", run.simulator, run.case);
-        let quantities = [Quantity::SimulatorCycles, Quantity::SimulatorL1MissRate];
-        let row = |quantity, method| Row { quantity, scene: &scene, rays, method };
+        let references = [run.cycles as f64, run.l1_miss_rate];
+        let mut add = |method: &str, seconds: f64, values: [f64; 2]| {
+            let row = row(&scene, batch(&run.batch), method);
+            for ((quantity, value), reference) in QUANTITIES.into_iter().zip(values).zip(references) {
+                points.push(judged(&row, quantity, seconds, (value, None), reference));
+            }
+        };
         for fidelity in METHODS {
             let start = ProcessTime::now();
             let rows = reference::compare(std::slice::from_ref(run), &simulator.cases, fidelity, &[])?;
-            let seconds = start.elapsed().as_secs_f64();
             let prediction = rows.first().map(|row| &row.prediction);
             let prediction = prediction.ok_or_else(|| Error::Check(format!("{scene}: no prediction")))?;
             let values = [prediction.cycles as f64, prediction.l1.miss_rate];
-            for (k, reference) in [run.cycles as f64, run.l1_miss_rate].into_iter().enumerate() {
-                points.push(row(quantities[k], name(fidelity)).point(seconds, (values[k], None), reference));
-            }
-            steps.done();
+            add(&name(fidelity), start.elapsed().as_secs_f64(), values);
         }
         if let Some(seconds) = run.simulator_cpu_s {
-            for (k, value) in [run.cycles as f64, run.l1_miss_rate].into_iter().enumerate() {
-                points.push(row(quantities[k], "GPGPU-Sim".to_owned()).point(seconds, (value, None), value));
-            }
+            add("GPGPU-Sim", seconds, references);
         }
     }
     Ok(points)

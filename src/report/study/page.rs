@@ -38,7 +38,8 @@ fn about(topic: Topic) -> (&'static str, &'static str) {
             "Work",
             "How cost grows with triangles (procedural scenes), rays (sizes of the picture) and multiprocessors (of the \
          modelled machine), for camera rays. Exponents are slopes of the lines by least squares, with 95 % intervals, \
-         which tell how well a power law describes them.",
+         which tell how well a power law describes them. Procedural scenes are seen in pictures of a quarter of the width \
+         and height.",
         ),
     }
 }
@@ -61,10 +62,17 @@ pub fn page(report: &Report) -> Result<String> {
         let rows = report.points.iter().filter(|point| point.chart == topic).map(row).collect();
         sections.push(Section::Table(HEAD.map(str::to_owned).to_vec(), rows));
     }
+    sections.push(Section::Heading("Time".to_owned()));
+    let parts = report.parts.iter().map(|part| vec![part.name.clone(), format!("{:.1}", part.seconds)]).collect();
+    sections.push(Section::Table(["part", "seconds"].map(str::to_owned).to_vec(), parts));
+    if !report.left_out.is_empty() {
+        let rows = report.left_out.iter().map(|left| vec![left.what.clone(), left.why.clone()]).collect();
+        sections.push(Section::Table(["left out", "why"].map(str::to_owned).to_vec(), rows));
+    }
     Ok(html::page("Speed against accuracy", &sections))
 }
 
-/// For people at a terminal: what is on the fronts, and exponents.
+/// For people at a terminal: what is on the fronts, exponents, and what was left out.
 pub fn text(report: &Report) -> String {
     let mut text = summary(report) + "\n\nOn the Pareto fronts:\n";
     for point in report.points.iter().filter(|point| point.on_front) {
@@ -79,17 +87,25 @@ pub fn text(report: &Report) -> String {
         let [quantity, parameter, scene, exponent] = growth.cells();
         let _ = writeln!(text, "  {quantity:<22} over {parameter:<10} {scene:<18} {exponent}");
     }
+    if !report.left_out.is_empty() {
+        text += "\nLeft out:\n";
+    }
+    for left in &report.left_out {
+        let _ = writeln!(text, "  {}: {}", left.what, left.why);
+    }
     text
 }
 
 fn summary(report: &Report) -> String {
+    let within = report.tolerance.map_or(String::new(), |x| format!(", growth of cycles by samples within {x}"));
     format!(
-        "{} x {} pixels. Pictures and traversal on {} ({} host threads), models of {}. Measured in {:.0} s with Caribou {}.",
+        "{} x {} pixels. Pictures and traversal on {} ({} host threads), models of {}{}. Measured in {:.0} s with Caribou {}.",
         report.width,
         report.height,
         report.machine.device,
         report.machine.threads,
         report.model,
+        within,
         report.seconds,
         report.machine.caribou
     )

@@ -104,6 +104,45 @@ pub struct Point {
     pub place: chart::Point,
 }
 
+/// What a point is of.
+#[derive(Clone, Debug)]
+pub struct Row<'a> {
+    /// What is studied.
+    pub chart: Topic,
+    /// The scene.
+    pub scene: &'a str,
+    /// Kind of the rays.
+    pub rays: &'static str,
+    /// How it is measured.
+    pub method: String,
+    /// What is varied.
+    pub parameter: Option<Parameter>,
+}
+
+impl Row<'_> {
+    /// A value with its 95 % interval that took `seconds`, shown at `place`. What it should be is not known.
+    pub fn point(&self, quantity: Quantity, seconds: f64, (value, interval): Measured, place: chart::Point) -> Point {
+        Point {
+            chart: self.chart,
+            quantity,
+            scene: self.scene.to_owned(),
+            rays: self.rays,
+            method: self.method.clone(),
+            parameter: self.parameter,
+            seconds,
+            value,
+            reference: None,
+            error: None,
+            interval,
+            on_front: false,
+            place,
+        }
+    }
+}
+
+/// A value, and its 95 % interval where there is one.
+pub type Measured = (f64, Option<[f64; 2]>);
+
 impl Point {
     /// Points that are shown together.
     pub fn group(&self) -> (Topic, Quantity, &str, &str) {
@@ -134,7 +173,7 @@ pub fn mark_fronts(points: &mut [Point]) {
 }
 
 /// The value of repeated measurements, and its 95 % interval if there were enough of them.
-pub fn repeated(values: &[f64]) -> Option<(f64, Option<[f64; 2]>)> {
+pub fn repeated(values: &[f64]) -> Option<Measured> {
     let median = Median::of(values)?;
     Some((median.median, (values.len() >= REPETITIONS).then_some([median.low, median.high])))
 }
@@ -157,21 +196,8 @@ pub(super) mod tests {
 
     /// A point at a place of the chart of `topic`.
     pub fn point(chart: Topic, scene: &str, (x, y): (f64, f64)) -> Point {
-        Point {
-            chart,
-            quantity: Quantity::Cycles,
-            scene: scene.to_owned(),
-            rays: "primary",
-            method: format!("method {x}"),
-            parameter: None,
-            seconds: x,
-            value: y,
-            reference: None,
-            error: Some(y),
-            interval: None,
-            on_front: false,
-            place: (x, y).into(),
-        }
+        let row = Row { chart, scene, rays: "primary", method: format!("method {x}"), parameter: None };
+        Point { error: Some(y), ..row.point(Quantity::Cycles, x, (y, None), (x, y).into()) }
     }
 
     #[test]

@@ -1,23 +1,18 @@
 //! How rays are traced: time and node visits over bytes of nodes, by strategy and format of nodes.
 
-use super::points::{Parameter, Point, Quantity, REPETITIONS, Topic, repeated};
-use super::{KINDS, Request, Steps, Subject};
+use super::points::{Parameter, Point, Quantity, REPETITIONS, Row, Topic, repeated};
+use super::{KINDS, Request, Subject};
 use crate::report::bench::{Bench, GpuBench, Outcome, TwinBench, measure as measure_rays};
 use crate::report::chart;
 use crate::trace::TracerOptions;
 use crate::vulkan::Gpu;
 use crate::{Error, Result};
 
-/// Things done by [`measure`] for one scene.
-pub fn steps() -> usize {
-    KINDS.len() * TracerOptions::all().count()
-}
-
 /// Speed and node visits of each way to trace.
 ///
 /// # Errors
 /// [`Error::Device`] if the device fails, [`Error::Check`] if hits differ between ways.
-pub fn measure(request: &Request, gpu: Option<&Gpu>, subject: &Subject, steps: &Steps) -> Result<Vec<Point>> {
+pub fn measure(request: &Request, gpu: Option<&Gpu>, subject: &Subject) -> Result<Vec<Point>> {
     let (frame, scene) = (subject.frame(request.size), (&subject.bvh, &subject.tables));
     let mut points = Vec::new();
     let mut digests: Vec<Vec<(String, String)>> = vec![Vec::new(); KINDS.len()];
@@ -31,7 +26,6 @@ pub fn measure(request: &Request, gpu: Option<&Gpu>, subject: &Subject, steps: &
             let (outcome, _) = measure_rays(bench.as_mut(), &options, kind, &rays, REPETITIONS)?;
             digests.push((options.name(), outcome.hits_digest.clone()));
             points.extend(points_of(subject, &options, &outcome));
-            steps.done();
         }
     }
     let rays = KINDS.iter().zip(&digests);
@@ -59,25 +53,18 @@ fn points_of(subject: &Subject, options: &TracerOptions, outcome: &Outcome) -> V
     let visits = outcome.counters.node_visits as f64 / rays;
     // A chart of what is to be small shows nanoseconds a ray in place of rays a second.
     let time = |rate: f64| 1e3 / rate;
-    let slowness = chart::Point { x: bytes, y: time(rate.median), interval: Some([time(rate.high), time(rate.low)]) };
-    let point = |quantity, value, interval, place| Point {
+    let mib = bytes / f64::from(1 << 20);
+    let slowness = chart::Point { x: mib, y: time(rate.median), interval: Some([time(rate.high), time(rate.low)]) };
+    let row = Row {
         chart: Topic::Traversal,
-        quantity,
-        scene: subject.name.clone(),
+        scene: &subject.name,
         rays: outcome.rays.name(),
         method: options.name(),
         parameter: Some(Parameter { name: "node_bytes", value: bytes }),
-        seconds,
-        value,
-        reference: None,
-        error: None,
-        interval,
-        on_front: false,
-        place,
     };
     vec![
-        point(Quantity::MraysPerS, rate.median, Some([rate.low, rate.high]), slowness),
-        point(Quantity::NodeVisitsPerRay, visits, None, (bytes, visits).into()),
+        row.point(Quantity::MraysPerS, seconds, (rate.median, Some([rate.low, rate.high])), slowness),
+        row.point(Quantity::NodeVisitsPerRay, seconds, (visits, None), (mib, visits).into()),
     ]
 }
 

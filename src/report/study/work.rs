@@ -2,21 +2,23 @@
 
 use std::time::Instant;
 
-use cpu_time::ProcessTime;
 use serde::Serialize;
 
 use super::fit::Exponent;
-use super::points::{Parameter, Point, Quantity, REPETITIONS, Topic, repeated};
-use super::{KERNEL, Request, Steps, Subject};
+use super::model::{Outcome, predict, sample};
+use super::plan::Plan;
+use super::points::{Measured, Parameter, Point, Quantity, REPETITIONS, Row, Topic, repeated};
+use super::{KERNEL, Request, Subject};
 use crate::Result;
 use crate::bvh::statistics::Statistics;
 use crate::bvh::{Bvh, Quality};
 use crate::fermi::result::Fidelity;
 use crate::render::rays::RayKind;
+use crate::report::chart;
 use crate::report::experiment::{Model, Recording};
 use crate::scene::procedural;
 use crate::shared::LEAF_BIT;
-use crate::trace::Strategy;
+use crate::trace::Ray;
 
 /// Procedural scenes that grow: a common kind, and the worst for boxes.
 const RECIPES: [&str; 2] = ["room", "needles"];
@@ -29,6 +31,9 @@ const SMS: [u32; 6] = [1, 2, 4, 8, 15, 30];
 
 /// Rays that are counted.
 const KIND: RayKind = RayKind::Primary;
+
+/// Scenes that grow are seen in pictures of this part of the width and height: their rays visit thousands of nodes.
+const GROWN_PART: u32 = 4;
 
 /// How a quantity grows with a parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -55,31 +60,27 @@ fn triangles(request: &Request) -> Vec<usize> {
     all[..count].to_vec()
 }
 
+/// A part of the width and height of a picture.
+fn part((width, height): (u32, u32), part: u32) -> (u32, u32) {
+    (width.div_ceil(part), height.div_ceil(part))
+}
+
 /// Sizes of pictures: each four times the pixels of the one before.
 fn sizes(request: &Request) -> Vec<(u32, u32)> {
-    let (width, height) = request.size;
-    let smaller = [8, 4, 2, 1].map(|part| (width.div_ceil(part), height.div_ceil(part)));
-    if request.quick { smaller[1..].to_vec() } else { smaller.to_vec() }
-}
-
-/// Things done by [`measure`] for one scene.
-pub fn steps(request: &Request) -> usize {
-    sizes(request).len() + SMS.len()
-}
-
-/// Things done by [`grow`].
-pub fn grow_steps(request: &Request) -> usize {
-    RECIPES.len() * triangles(request).len()
+    let parts: &[u32] = if request.quick { &[4, 2, 1] } else { &[8, 4, 2, 1] };
+    parts.iter().map(|&one| part(request.size, one)).collect()
 }
 
 /// Cost over triangles, of procedural scenes.
 ///
 /// # Errors
 /// As of building.
-pub fn grow(request: &Request, steps: &Steps) -> Result<Vec<Point>> {
+pub fn grow(request: &Request, plan: &mut Plan) -> Result<Vec<Point>> {
     let mut points = Vec::new();
-    for recipe in RECIPES {
-        for count in triangles(request) {
+    let mut paces = [Pace::default(); RECIPES.len()];
+    for count in triangles(request) {
+        for (recipe, pace) in RECIPES.into_iter().zip(&mut paces) {
+            let parameter = Parameter { name: "triangles", value: count as f64 };
             let scene = procedural::build(recipe, count, 1)?;
             let mut seconds = Vec::new();
             let mut build = || {
@@ -94,17 +95,14 @@ pub fn grow(request: &Request, steps: &Steps) -> Result<Vec<Point>> {
             }
             let statistics = Statistics::of(&bvh);
             let bytes = (statistics.node_bytes + statistics.triangle_bytes) as f64;
-            let row = Row { scene: recipe, parameter: Parameter { name: "triangles", value: count as f64 } };
             if let Some((median, interval)) = repeated(&seconds) {
-                points.push(row.point(Quantity::BuildSeconds, "build", median, (median, interval)));
-                points.push(row.point(Quantity::MemoryBytes, "build", median, (bytes, None)));
+                let point = |quantity, measured| point(recipe, parameter, "build", quantity, median, measured);
+                points.push(point(Quantity::BuildSeconds, (median, interval)));
+                points.push(point(Quantity::MemoryBytes, (bytes, None)));
             }
-            let subject = Subject::new(recipe, scene, bvh)?;
-            let rays = subject.rays(request.size, KIND)?;
-            let recording = subject.record(&rays, KIND);
-            points.push(row.visits(&recording));
-            points.push(row.cycles(&request.machine, None, &recording)?);
-            steps.done();
+            let traced = Traced::new(Subject::new(recipe, scene, bvh)?, part(request.size, GROWN_PART))?;
+            points.push(traced.visits(parameter));
+            points.extend(traced.cycles(request, parameter, pace, plan)?);
         }
     }
     Ok(points)
@@ -114,70 +112,93 @@ pub fn grow(request: &Request, steps: &Steps) -> Result<Vec<Point>> {
 ///
 /// # Errors
 /// Of rays that are not there, and of machines.
-pub fn measure(request: &Request, subject: &Subject, steps: &Steps) -> Result<Vec<Point>> {
+pub fn measure(request: &Request, subject: &Subject, plan: &mut Plan) -> Result<Vec<Point>> {
     let mut points = Vec::new();
+    let mut pace = Pace::default();
+    let mut largest = None;
     for size in sizes(request) {
-        let rays = subject.rays(size, KIND)?;
-        let recording = subject.record(&rays, KIND);
-        let row = Row { scene: &subject.name, parameter: Parameter { name: "rays", value: rays.len() as f64 } };
-        points.push(row.visits(&recording));
-        points.push(row.cycles(&request.machine, None, &recording)?);
-        steps.done();
+        let traced = Traced::new(subject, size)?;
+        let parameter = Parameter { name: "rays", value: traced.rays.len() as f64 };
+        points.push(traced.visits(parameter));
+        points.extend(traced.cycles(request, parameter, &mut pace, plan)?);
+        largest = Some(traced);
     }
-    let recording = subject.record(&subject.rays(request.size, KIND)?, KIND);
     for sms in SMS {
-        let row = Row { scene: &subject.name, parameter: Parameter { name: "sms", value: sms.into() } };
-        points.push(row.cycles(&request.machine, Some(sms), &recording)?);
-        steps.done();
+        let parameter = Parameter { name: "sms", value: sms.into() };
+        if let Some(traced) = &largest {
+            points.extend(traced.cycles(request, parameter, &mut pace, plan)?);
+        }
     }
     Ok(points)
 }
 
-/// What points are of.
-struct Row<'a> {
-    scene: &'a str,
-    parameter: Parameter,
+/// Rays and what they did in a scene.
+struct Traced<S> {
+    subject: S,
+    rays: Vec<Ray>,
+    recording: Recording,
+    /// CPU seconds of recording.
+    seconds: f64,
 }
 
-impl Row<'_> {
-    fn visits(&self, (Recording { trace, .. }, seconds): &(Recording, f64)) -> Point {
+impl<S: std::borrow::Borrow<Subject>> Traced<S> {
+    fn new(subject: S, size: (u32, u32)) -> Result<Traced<S>> {
+        let rays = subject.borrow().rays(size, KIND)?;
+        let (recording, seconds) = subject.borrow().record(&rays, KIND);
+        Ok(Traced { subject, rays, recording, seconds })
+    }
+
+    fn visits(&self, parameter: Parameter) -> Point {
+        let trace = &self.recording.trace;
         let nodes = trace.steps.iter().filter(|&step| step & LEAF_BIT == 0).count();
-        let visits = nodes as f64 / trace.rays() as f64;
-        self.point(Quantity::NodeVisitsPerRay, "recording", *seconds, (visits, None))
+        let visits = (nodes as f64 / trace.rays() as f64, None);
+        let scene = &self.subject.borrow().name;
+        point(scene, parameter, "recording", Quantity::NodeVisitsPerRay, self.seconds, visits)
     }
 
-    fn cycles(&self, machine: &str, sms: Option<u32>, (recording, recorded_in): &(Recording, f64)) -> Result<Point> {
-        let settings: Vec<String> = sms.iter().map(|sms| format!("sms={sms}")).collect();
-        let model = Model::new(machine, KERNEL, &settings, Fidelity::Cycles)?;
-        let start = ProcessTime::now();
-        let prediction = model.whole(&recording.recorded(), Strategy::Direct)?;
-        let seconds = recorded_in + start.elapsed().as_secs_f64();
-        Ok(self.point(Quantity::Cycles, "cycles", seconds, (prediction.cycles as f64, None)))
-    }
-
-    fn point(
+    /// Cycles, if there is time for them: all replayed, or within the tolerance that was asked for.
+    fn cycles(
         &self,
-        quantity: Quantity,
-        method: &str,
-        seconds: f64,
-        (value, interval): (f64, Option<[f64; 2]>),
-    ) -> Point {
-        Point {
-            chart: Topic::Work,
-            quantity,
-            scene: self.scene.to_owned(),
-            rays: KIND.name(),
-            method: method.to_owned(),
-            parameter: Some(self.parameter),
-            seconds,
-            value,
-            reference: None,
-            error: None,
-            interval,
-            on_front: false,
-            place: crate::report::chart::Point { x: self.parameter.value, y: value, interval },
+        request: &Request,
+        parameter: Parameter,
+        pace: &mut Pace,
+        plan: &mut Plan,
+    ) -> Result<Option<Point>> {
+        let (subject, steps) = (self.subject.borrow(), self.recording.trace.steps.len() as f64);
+        let expected = pace.seconds_a_step * steps;
+        if !plan.affords(expected) {
+            plan.leave_out(format!("{}: cycles at {} {}", subject.name, parameter.value, parameter.name), expected);
+            return Ok(None);
         }
+        let start = Instant::now();
+        let settings = if parameter.name == "sms" { vec![format!("sms={}", parameter.value)] } else { Vec::new() };
+        let model = |fidelity| Model::new(&request.machine, KERNEL, &settings, fidelity);
+        let Outcome { method, seconds, cycles, .. } = match request.tolerance {
+            None => predict(&model(Fidelity::Cycles)?, &self.recording, self.seconds)?,
+            Some(tolerance) => sample(&model(Fidelity::Sampled)?, subject, (&self.rays, KIND), tolerance)?,
+        };
+        pace.seconds_a_step = start.elapsed().as_secs_f64() / steps.max(1.0);
+        Ok(Some(point(&subject.name, parameter, &method, Quantity::Cycles, seconds, cycles)))
     }
+}
+
+/// How fast predictions are: nothing is known before the first, which is the cheapest.
+#[derive(Clone, Copy, Default)]
+struct Pace {
+    seconds_a_step: f64,
+}
+
+fn point(
+    scene: &str,
+    parameter: Parameter,
+    method: &str,
+    quantity: Quantity,
+    seconds: f64,
+    (value, interval): Measured,
+) -> Point {
+    let row =
+        Row { chart: Topic::Work, scene, rays: KIND.name(), method: method.to_owned(), parameter: Some(parameter) };
+    row.point(quantity, seconds, (value, interval), chart::Point { x: parameter.value, y: value, interval })
 }
 
 /// Values of a quantity over a parameter.
