@@ -9,10 +9,9 @@ use crate::fermi::machine::Machine;
 use crate::fermi::plan::{FreeVisits, Grouping, Kernels, Migration};
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
 use crate::fermi::sampled::{self, Request, Source};
-use crate::layout::{Ray, RayCounters};
+use crate::layout::Ray;
 use crate::trace::steps::record_steps;
 use crate::trace::{Query, StepTrace, Strategy};
-use crate::twin::trace::trace_ray;
 use crate::{Error, Result};
 
 /// What the rays did, and the tree they did it in.
@@ -60,21 +59,8 @@ pub struct Traceable<'a> {
 }
 
 impl Source for Traceable<'_> {
-    fn rays(&self) -> usize {
-        self.rays.len()
-    }
-
-    fn visits(&self, ray: usize) -> u32 {
-        let mut counters = RayCounters::default();
-        match self.query {
-            Query::Closest => trace_ray::<false, _>(self.bvh, &self.rays[ray], &mut counters, &mut ()),
-            Query::Any => trace_ray::<true, _>(self.bvh, &self.rays[ray], &mut counters, &mut ()),
-        };
-        counters.node_visits + counters.leaf_visits
-    }
-
-    fn record(&self, rays: std::ops::Range<usize>) -> StepTrace {
-        record_steps(self.bvh, &self.rays[rays], self.query).1
+    fn record(&self) -> StepTrace {
+        record_steps(self.bvh, self.rays, self.query).1
     }
 
     fn children(&self) -> &[[u32; 2]] {
@@ -192,7 +178,7 @@ impl Model {
         }
     }
 
-    /// Strategy `direct` for rays that are traced as the sample wants them.
+    /// Strategy `direct` for rays of which as few are replayed as the tolerance needs.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] if the kernel does not fit the machine.

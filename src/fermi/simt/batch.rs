@@ -54,9 +54,16 @@ pub struct Batch {
     pub memory: Vec<MemoryOp>,
     /// Line numbers (address / 128), in the order in which they are accessed.
     pub lines: Vec<u64>,
+    /// Whether memory instructions are left out.
+    blocks_alone: bool,
 }
 
 impl Batch {
+    /// For the segments alone: no address is computed.
+    pub fn without_lines() -> Batch {
+        Batch { blocks_alone: true, ..Batch::default() }
+    }
+
     pub(super) fn clear(&mut self) {
         self.segments.clear();
         self.memory.clear();
@@ -72,6 +79,9 @@ impl Batch {
     /// Adds a memory instruction of `size` bytes a lane to the last segment: one access a distinct line, the highest
     /// first. No addresses, no instruction.
     pub(super) fn access(&mut self, access: Access, addresses: impl Iterator<Item = u64>, size: u64) {
+        if self.blocks_alone {
+            return;
+        }
         let first = self.lines.len();
         let (mut low, mut high) = (LINE, 0);
         for address in addresses {
@@ -97,6 +107,9 @@ impl Batch {
 
     /// Adds a memory instruction to the last segment whose lines are in the batch.
     pub(super) fn again(&mut self, op: MemoryOp) {
+        if self.blocks_alone {
+            return;
+        }
         self.memory.push(op);
         if let Some(segment) = self.segments.last_mut() {
             segment.memory.1 += 1;
