@@ -88,8 +88,8 @@ pub struct Model {
     /// How exactly time is modelled
     #[arg(long, value_enum, default_value_t = Fidelity::Cycles, default_value_if("tolerance", ArgPredicate::IsPresent, "sampled"))]
     fidelity: Fidelity,
-    /// Do no more than cycles and L1 miss rate within this part of themselves need, e.g. 0.02: leave out caches that hold
-    /// all that the rays touch, and sample warps
+    /// Replay no more than cycles within this part of themselves need, e.g. 0.02: leave out caches that hold all that the
+    /// rays touch, and sample warps until the 95 % interval is as narrow
     #[arg(long, value_name = "X", value_parser = tolerance::fraction, allow_negative_numbers = true)]
     tolerance: Option<f64>,
     /// With a tolerance: give the best answer after this time
@@ -195,7 +195,7 @@ impl Model {
         output::print(&table())
     }
 
-    /// Predicts from as few rays as the tolerance allows.
+    /// Predicts from the replay of as few rays as the tolerance allows.
     fn sample(&self, request: &sampled::Request) -> Result<()> {
         let model = experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
         if self.strategy != Strategy::Direct || self.bvh.is_some() || self.sweep.is_some() || self.search {

@@ -10,18 +10,16 @@
 use std::time::Instant;
 
 use super::caches::{Room, part, pass_in};
-use super::kernel::Kernel;
-use super::launch::{Launch, Stage, Work, Workload};
+use super::launch::Launch;
 use super::machine::{LINE, Machine};
 use super::occupancy::launchable;
 use super::result::{Accounting, Fidelity, Prediction};
-use super::sampled::{Effort, Request, Skipped, Source};
+use super::sampled::{Effort, Request, Skipped};
 use super::simt::{LANES, Layout};
 use super::times::Times;
 use crate::Result;
 use crate::layout::{Hit, Ray};
 use crate::shared::LEAF_BIT;
-use crate::trace::StepTrace;
 
 /// Lines that were asked for of a cache that had room for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,31 +80,21 @@ fn levels(children: &[[u32; 2]]) -> u32 {
     deepest
 }
 
-/// Predicts a launch of `kernel` with a thread a ray, if a cache holds all that it can touch; none if not.
+/// Predicts a launch with a thread a ray, if a cache holds all that it can touch; none if not. Its rays were traced and
+/// recorded in `seconds_recording`.
 ///
 /// # Errors
 /// [`crate::Error::Usage`] if no block fits a multiprocessor.
 pub fn predict(
     machine: &Machine,
-    kernel: &Kernel,
-    source: &impl Source,
+    launch: &Launch,
+    seconds_recording: f64,
     request: &Request,
 ) -> Result<Option<Prediction>> {
-    let launch = |trace| {
-        let workload = Workload { trace, children: source.children(), triangles: source.triangles(), cut: None };
-        Launch { kernel, workload, work: Work::Rays, virtual_caches: false, stage: Stage::Traverse }
-    };
-    // All rays, for their number.
-    let probe = StepTrace { starts: vec![0; source.rays() + 1], steps: Vec::new() };
-    let room = room(machine, &launch(&probe))?;
+    let room = room(machine, launch)?;
     if room.l1.is_none() && room.l2.is_none() {
         return Ok(None);
     }
-    let start = Instant::now();
-    let trace = source.record(0..source.rays());
-    let seconds_recording = start.elapsed().as_secs_f64();
-    let launch = launch(&trace);
-
     let start = Instant::now();
     let unloaded = Times::unloaded(machine);
     // A tree may fit the L1 and what its rays touch may not; the L2 can still hold it.
@@ -115,7 +103,7 @@ pub fn predict(
     let mut fitting = None;
     for room in rooms {
         let before = start.elapsed().as_secs_f64();
-        let (outcome, demands) = pass_in(machine, &launch, unloaded, room)?;
+        let (outcome, demands) = pass_in(machine, launch, unloaded, room)?;
         if all_fit(&demands) {
             fitting = Some((room, outcome, demands, start.elapsed().as_secs_f64() - before));
             break;
@@ -129,7 +117,7 @@ pub fn predict(
     // Each miss waits once in each queue at most, and blocks in the same place follow each other.
     let wait = loaded.traffic - unloaded.traffic + loaded.dram - unloaded.dram;
     let misses = outcome.spans.iter().map(|span| span.l1.misses).max().unwrap_or(0);
-    let waves = launch.blocks().div_ceil(launch.slots(launchable(machine, &launch)?.blocks) * machine.sms as usize);
+    let waves = launch.blocks().div_ceil(launch.slots(launchable(machine, launch)?.blocks) * machine.sms as usize);
     let added = waves as f64 * misses as f64 * wait;
     let (times, reached) = if added <= request.tolerance * outcome.cycles {
         let share = added / outcome.cycles.max(1.0);
@@ -137,7 +125,7 @@ pub fn predict(
         skipped.push(Skipped { what: "second pass, with queues", why });
         (unloaded, share)
     } else {
-        let (again, demands) = pass_in(machine, &launch, loaded, room)?;
+        let (again, demands) = pass_in(machine, launch, loaded, room)?;
         // Other latencies may bring blocks to other multiprocessors.
         if !all_fit(&demands) {
             return Ok(None);
@@ -145,14 +133,14 @@ pub fn predict(
         outcome = again;
         (loaded, 0.0)
     };
-    let parts = [part(machine, &launch, times, &outcome)?];
+    let parts = [part(machine, launch, times, &outcome)?];
     let seconds_model = start.elapsed().as_secs_f64();
 
-    let prediction = Prediction::of(machine, &[launch], &parts, (Fidelity::Sampled, Accounting::Full));
+    let prediction = Prediction::of(machine, &[*launch], &parts, (Fidelity::Sampled, Accounting::Full));
     let spent = seconds_recording + seconds_model;
     let saving_estimated = (seconds_recording + 2.0 * seconds_pass).max(spent) / spent;
     let effort =
-        Effort { skipped, seconds_recording, seconds_model, saving_estimated, ..effort(request, source, reached) };
+        Effort { skipped, seconds_recording, seconds_model, saving_estimated, ..effort(request, launch, reached) };
     Ok(Some(with_effort(prediction, effort)))
 }
 
@@ -160,29 +148,29 @@ fn all_fit(demands: &[Option<Demand>]) -> bool {
     demands.iter().flatten().all(|demand| demand.fits)
 }
 
-/// The prediction of a pass over the rays of `source` that a picture does not have: of no rays, for the reason given.
+/// The prediction of a launch of rays that a picture does not have: of no rays, for the reason given. `rays` is their
+/// number.
 ///
 /// # Errors
 /// [`crate::Error::Usage`] if no block fits a multiprocessor.
 pub fn left_out(
     machine: &Machine,
-    kernel: &Kernel,
-    source: &impl Source,
+    launch: &Launch,
+    rays: usize,
     request: &Request,
     skipped: Skipped,
 ) -> Result<Prediction> {
-    let trace = StepTrace { starts: vec![0], steps: Vec::new() };
-    let workload = Workload { trace: &trace, children: source.children(), triangles: source.triangles(), cut: None };
-    let launches = [Launch { kernel, workload, work: Work::Rays, virtual_caches: false, stage: Stage::Traverse }];
+    let launches = [*launch];
     let parts = super::caches::replay(machine, &launches)?;
     let prediction = Prediction::of(machine, &launches, &parts, (Fidelity::Sampled, Accounting::Full));
-    let effort = Effort { sampled_warps: 0, skipped: vec![skipped], ..effort(request, source, 0.0) };
+    let warps = rays.div_ceil(LANES);
+    let effort = Effort { sampled_warps: 0, warps, skipped: vec![skipped], ..effort(request, launch, 0.0) };
     Ok(with_effort(prediction, effort))
 }
 
 /// Nothing spent and nothing left out yet.
-fn effort(request: &Request, source: &impl Source, reached: f64) -> Effort {
-    let warps = source.rays().div_ceil(LANES);
+fn effort(request: &Request, launch: &Launch, reached: f64) -> Effort {
+    let warps = launch.rays().div_ceil(LANES);
     Effort {
         asked: request.tolerance,
         reached,
@@ -210,6 +198,8 @@ mod tests {
     use super::*;
     use crate::bvh::Bvh;
     use crate::fermi::caches;
+    use crate::fermi::kernel::Kernel;
+    use crate::fermi::launch::{Stage, Work, Workload};
     use crate::render::rays::{RayKind, twin_rays};
     use crate::render::settings::Settings;
     use crate::report::experiment::Traceable;
@@ -227,12 +217,12 @@ mod tests {
         let source = Traceable { bvh: &bvh, children: &children, rays: &rays, query: RayKind::Primary.query() };
         let machine = Machine::named("gtx480", &["l1.kib=48".to_owned()]).unwrap();
         let kernel = Kernel::named("while-while", &[]).unwrap();
-        let found = predict(&machine, &kernel, &source, &Request { tolerance, time_limit: None, seed: 1 }).unwrap();
-
-        let trace = source.record(0..source.rays());
+        let trace = source.record();
         let workload = Workload { trace: &trace, children: &children, triangles, cut: None };
         let launches =
             [Launch { kernel: &kernel, workload, work: Work::Rays, virtual_caches: false, stage: Stage::Traverse }];
+        let request = Request { tolerance, time_limit: None, seed: 1 };
+        let found = predict(&machine, &launches[0], 0.0, &request).unwrap();
         let parts = caches::replay(&machine, &launches).unwrap();
         (found, Prediction::of(&machine, &launches, &parts, (Fidelity::Sampled, Accounting::Full)))
     }

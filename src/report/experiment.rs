@@ -1,5 +1,7 @@
 //! Rays recorded in a tree, and what a described machine would do with them under each strategy.
 
+use std::time::Instant;
+
 use serde::{Serialize, Serializer};
 
 use crate::bvh::{Bvh, Owners, Partition, Policy};
@@ -11,11 +13,10 @@ use crate::fermi::machine::Machine;
 use crate::fermi::needs;
 use crate::fermi::plan::{FreeVisits, Grouping, Kernels, Migration};
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
-use crate::fermi::sampled::{self, Request, Skipped, Source};
-use crate::layout::{Ray, RayCounters};
+use crate::fermi::sampled::{self, Request, Skipped};
+use crate::layout::Ray;
 use crate::trace::steps::record_steps;
 use crate::trace::{Query, StepTrace, Strategy};
-use crate::twin::trace::trace_ray;
 use crate::{Error, Result};
 
 /// What the rays did, and the tree they did it in.
@@ -62,30 +63,15 @@ pub struct Traceable<'a> {
     pub query: Query,
 }
 
-impl Source for Traceable<'_> {
-    fn rays(&self) -> usize {
-        self.rays.len()
+impl Traceable<'_> {
+    /// Steps of all rays.
+    pub fn record(&self) -> StepTrace {
+        record_steps(self.bvh, self.rays, self.query).1
     }
 
-    fn visits(&self, ray: usize) -> u32 {
-        let mut counters = RayCounters::default();
-        match self.query {
-            Query::Closest => trace_ray::<false, _>(self.bvh, &self.rays[ray], &mut counters, &mut ()),
-            Query::Any => trace_ray::<true, _>(self.bvh, &self.rays[ray], &mut counters, &mut ()),
-        };
-        counters.node_visits + counters.leaf_visits
-    }
-
-    fn record(&self, rays: std::ops::Range<usize>) -> StepTrace {
-        record_steps(self.bvh, &self.rays[rays], self.query).1
-    }
-
-    fn children(&self) -> &[[u32; 2]] {
-        self.children
-    }
-
-    fn triangles(&self) -> usize {
-        self.bvh.triangle_count
+    /// The rays that `trace` has.
+    pub fn workload<'a>(&'a self, trace: &'a StepTrace) -> Workload<'a> {
+        Workload { trace, children: self.children, triangles: self.bvh.triangle_count, cut: None }
     }
 }
 
@@ -212,14 +198,18 @@ impl Model {
     }
 
     /// Strategy `direct` with no more than the tolerance needs: without the caches that hold all that the rays can touch,
-    /// else from a sample, for which rays are traced as it wants them.
+    /// else from the replay of a sample of them.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] if the kernel does not fit the machine.
     pub fn sampled(&self, rays: &Traceable, request: &Request) -> Result<Prediction> {
-        match needs::predict(&self.machine, &self.kernel, rays, request)? {
+        let start = Instant::now();
+        let trace = rays.record();
+        let seconds = start.elapsed().as_secs_f64();
+        let launch = self.launch(rays.workload(&trace), Work::Rays, false);
+        match needs::predict(&self.machine, &launch, seconds, request)? {
             Some(prediction) => Ok(prediction),
-            None => sampled::predict(&self.machine, &self.kernel, rays, request),
+            None => sampled::predict(&self.machine, &launch, seconds, request),
         }
     }
 
@@ -228,7 +218,9 @@ impl Model {
     /// # Errors
     /// As of [`Model::sampled`].
     pub fn left_out(&self, rays: &Traceable, request: &Request, why: Skipped) -> Result<Prediction> {
-        needs::left_out(&self.machine, &self.kernel, rays, request, why)
+        let trace = StepTrace { starts: vec![0], steps: Vec::new() };
+        let launch = self.launch(rays.workload(&trace), Work::Rays, false);
+        needs::left_out(&self.machine, &launch, rays.rays.len(), request, why)
     }
 
     fn launch<'a>(&'a self, workload: Workload<'a>, work: Work<'a>, virtual_caches: bool) -> Launch<'a> {

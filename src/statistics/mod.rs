@@ -3,10 +3,12 @@
 
 mod clusters;
 mod proportional;
+mod regression;
 mod student;
 
 pub use clusters::{bootstrap_t, student_t};
 pub use proportional::Design;
+pub use regression::regression;
 pub use student::quantile;
 
 /// The usual confidence.

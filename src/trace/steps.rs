@@ -38,12 +38,15 @@ impl StepTrace {
         &self.steps[self.starts[ray] as usize..self.starts[ray + 1] as usize]
     }
 
-    /// Adds the rays of `more` after those here.
-    pub fn append(&mut self, more: &StepTrace) {
-        let base = self.steps.len() as u64;
-        self.starts.pop();
-        self.starts.extend(more.starts.iter().map(|start| base + start));
-        self.steps.extend(&more.steps);
+    /// Adds `rays` of `other` after those here.
+    ///
+    /// # Panics
+    /// If `other` has fewer.
+    pub fn append(&mut self, other: &StepTrace, rays: std::ops::Range<usize>) {
+        let (base, first) = (self.steps.len() as u64, other.starts[rays.start]);
+        let ends = &other.starts[rays.start + 1..=rays.end];
+        self.starts.extend(ends.iter().map(|end| base + end - first));
+        self.steps.extend(&other.steps[first as usize..other.starts[rays.end] as usize]);
     }
 
     /// Records each ray by `trace`, which appends the ray's steps; in parallel, in the order of `rays`.

@@ -1,14 +1,12 @@
 //! What the whole launch does, from what the drawn stretches did.
 
-use super::design::Design;
+use super::design::{Design, Stretch};
 use super::schedule::makespan;
 use super::stretch::Sample;
+use super::work::Block;
 use crate::fermi::caches::{Outcome, Span};
-use crate::scene::procedural::random::Random;
-use crate::statistics::{CONFIDENCE, Estimate, quantile};
-
-/// Resamples for a standard error: its own error is a twelfth (Efron and Tibshirani 1993, section 6.4: 50 to 200 do).
-const RESAMPLES: usize = 64;
+use crate::fermi::result::Counts;
+use crate::statistics::{CONFIDENCE, Estimate, regression};
 
 /// Estimates with their intervals.
 #[derive(Clone, Debug)]
@@ -20,110 +18,103 @@ pub(super) struct Estimates {
     pub(super) outcome: Outcome,
 }
 
-/// The drawn stretches as a population to draw from.
-struct Pool<'a> {
-    design: &'a Design,
-    sample: &'a Sample,
-    /// Blocks of each draw, and what they did together, over their size.
-    draws: Vec<(&'a super::design::Stretch, Span)>,
-    /// What measured blocks did together.
-    known: Span,
-    /// Size of all blocks not measured.
-    unknown: f64,
+/// A measured stretch: what its blocks did together.
+struct Draw<'a> {
+    stretch: &'a Stretch,
+    span: Span,
+    /// Warp instructions a cycle of its blocks alone.
+    issue: f64,
 }
 
-/// One way the launch may be.
-struct Whole {
-    cycles: f64,
-    busy: f64,
-    total: Span,
+/// The measured stretches, and what is left to be told by them.
+struct Pool<'a> {
+    /// Each once, however often it was drawn.
+    draws: Vec<Draw<'a>>,
+    /// Warp instructions a cycle of the blocks alone that were not measured.
+    issue: f64,
+    /// As many stretches of equal cost would vary like those that were not measured.
+    others: f64,
 }
 
 impl Estimates {
-    pub(super) fn new(design: &Design, sample: &Sample, draws: usize, seed: u64) -> Estimates {
-        let pool = Pool::new(design, sample, draws);
-        let mut random = Random::stream(seed, draws as u64);
-        let all: Vec<usize> = (0..draws).collect();
-        let value = pool.whole(&all, &mut random);
-        let resamples: Vec<Whole> = (0..RESAMPLES)
-            .map(|_| {
-                let again: Vec<usize> = all.iter().map(|_| random.pick(&all)).collect();
-                pool.whole(&again, &mut random)
-            })
-            .collect();
-        // A resample varies less than the sample does by a factor of (n - 1) / n (Efron and Tibshirani 1993, section
-        // 5.3), and few draws have Student's tail.
-        let n = draws as f64;
-        let widen = quantile(CONFIDENCE, draws as u32 - 1) * (n / (n - 1.0)).sqrt();
-        let estimate = |of: &dyn Fn(&Whole) -> f64, value: f64| {
-            let values: Vec<f64> = resamples.iter().map(of).collect();
-            let mean = values.iter().sum::<f64>() / values.len() as f64;
-            let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64;
-            let half = widen * variance.sqrt();
-            Estimate { value, interval: [(value - half).max(0.0), value + half] }
+    /// `None` if fewer than three stretches were measured, which leave no freedom to a regression, or all.
+    pub(super) fn new(design: &Design, sample: &Sample) -> Option<Estimates> {
+        let blocks = || design.work.iter().zip(&sample.measured);
+        let unmeasured = || blocks().filter(|(_, span)| span.is_none()).map(|(block, _)| block);
+        let unknown: f64 = unmeasured().map(|block| block.alone).sum();
+        let (measured, rest): (Vec<&Stretch>, Vec<&Stretch>) =
+            design.stretches.iter().partition(|stretch| sample.measured[stretch.blocks.start].is_some());
+        let pool = Pool {
+            draws: measured.into_iter().map(|stretch| Draw::new(design, sample, stretch)).collect(),
+            issue: issue(unmeasured()),
+            // The effective number of Kish 1965, section 11.7.
+            others: unknown.powi(2) / rest.iter().map(|stretch| stretch.alone.powi(2)).sum::<f64>(),
         };
-        // The end of a launch is that of its longest block, which a single draw may miss: the mean of many.
-        let cycles = resamples.iter().map(|whole| whole.cycles).sum::<f64>() / RESAMPLES as f64;
-        let busy = resamples.iter().map(|whole| whole.busy).sum::<f64>() / RESAMPLES as f64;
-        let (l1, l2) = (|whole: &Whole| whole.total.l1.miss_rate(), |whole: &Whole| whole.total.l2.miss_rate());
-        Estimates {
-            cycles: estimate(&|whole| whole.cycles, cycles),
-            l1: estimate(&l1, l1(&value)),
-            l2: estimate(&l2, l2(&value)),
-            outcome: Outcome { cycles, busy_cycles: busy, total: value.total, spans: Vec::new() },
+        if rest.is_empty() {
+            return None;
         }
-    }
-
-    /// Half the interval over the value: the larger of cycles and the L1's miss rate.
-    pub(super) fn relative_error(&self) -> f64 {
-        self.cycles.relative_error().max(self.l1.relative_error())
+        let slowdown = pool.mean(|span| span.cycles)?;
+        let whole = |slowdown: f64| {
+            makespan(design.wave, blocks().map(|(block, span)| span.map_or(block.alone * slowdown, |span| span.cycles)))
+        };
+        let (cycles, busy) = whole(slowdown.value);
+        let mut total = Span::default();
+        blocks().filter_map(|(_, span)| span.as_ref()).for_each(|span| total.add(span, 1.0));
+        for draw in &pool.draws {
+            total.add(&draw.span, unknown / draw.stretch.alone / pool.draws.len() as f64);
+        }
+        // What follows from the steps alone is known.
+        (total.instructions, total.visits, total.compute) = Default::default();
+        for block in &design.work {
+            total.instructions.warp += block.instructions.warp;
+            total.instructions.thread += block.instructions.thread;
+            total.visits += block.visits;
+            total.compute += block.compute;
+        }
+        let share = unknown / design.work.iter().map(|block| block.alone).sum::<f64>();
+        Some(Estimates {
+            cycles: Estimate { value: cycles, interval: slowdown.interval.map(|end| whole(end.max(0.0)).0) },
+            l1: pool.miss_rate(share, total.l1, |span| span.l1)?,
+            l2: pool.miss_rate(share, total.l2, |span| span.l2)?,
+            outcome: Outcome { cycles, busy_cycles: busy, total, spans: Vec::new() },
+        })
     }
 }
 
-impl<'a> Pool<'a> {
-    fn new(design: &'a Design, sample: &'a Sample, draws: usize) -> Pool<'a> {
-        let mut known = Span::default();
-        sample.measured.iter().flatten().for_each(|span| known.add(span, 1.0));
-        let unmeasured = design.sizes.iter().zip(&sample.measured).filter(|(_, span)| span.is_none());
-        let unknown = unmeasured.map(|(size, _)| size).sum();
-        let draws = (0..draws)
-            .map(|draw| {
-                let stretch = &design.stretches[design.draw(draw)];
-                let mut mean = Span::default();
-                sample.measured[stretch.blocks.clone()].iter().flatten().for_each(|span| mean.add(span, 1.0));
-                (stretch, mean)
-            })
-            .collect();
-        Pool { design, sample, draws, known, unknown }
+impl<'a> Draw<'a> {
+    fn new(design: &'a Design, sample: &Sample, stretch: &'a Stretch) -> Draw<'a> {
+        let mut span = Span::default();
+        sample.measured[stretch.blocks.clone()].iter().flatten().for_each(|block| span.add(block, 1.0));
+        Draw { stretch, span, issue: issue(design.work[stretch.blocks.clone()].iter()) }
+    }
+}
+
+impl Pool<'_> {
+    /// Mean of `of` over the cost alone, of blocks that were not measured. Blocks that issue more wait more for each
+    /// other, and how much all of them issue is known: a regression on that (Cochran 1977, section 7.1).
+    fn mean(&self, of: impl Fn(&Span) -> f64) -> Option<Estimate> {
+        let pairs: Vec<[f64; 2]> = self.draws.iter().map(|d| [d.issue, of(&d.span) / d.stretch.alone]).collect();
+        regression(&pairs, self.issue, self.others, CONFIDENCE)
     }
 
-    /// The launch if blocks that were not measured go by the ratios to size of those of `draws`.
-    fn whole(&self, draws: &[usize], random: &mut Random) -> Whole {
-        let mut total = self.known;
-        for &draw in draws {
-            let (stretch, span) = &self.draws[draw];
-            total.add(span, self.unknown / stretch.size / draws.len() as f64);
-        }
-        let Pool { design, sample, .. } = self;
-        let blocks = design.sizes.iter().zip(&sample.measured);
-        let cycles = blocks.map(|(size, measured)| match measured {
-            Some(span) => span.cycles,
-            None => size * self.ratio(draws, random),
-        });
-        let (end, mean) = makespan(design.wave, cycles);
-        Whole { cycles: end, busy: mean, total }
+    /// A miss rate that is near `total`'s: of a ratio only its linear part is regressed (Cochran 1977, section 6.4).
+    /// `share` of the launch was not measured.
+    fn miss_rate(&self, share: f64, total: Counts, of: impl Fn(&Span) -> Counts) -> Option<Estimate> {
+        let rate = total.miss_rate();
+        let accesses = self.mean(|span| of(span).accesses as f64)?.value;
+        let rest = self.mean(|span| of(span).misses as f64 - rate * of(span).accesses as f64)?;
+        // Nothing accessed has no misses.
+        let scaled = |end: f64| if accesses > 0.0 { (rate + share * end / accesses).clamp(0.0, 1.0) } else { rate };
+        Some(Estimate { value: scaled(rest.value), interval: rest.interval.map(scaled) })
     }
+}
 
-    /// Cycles over size of a block of one of `draws`, drawn in proportion to size.
-    fn ratio(&self, draws: &[usize], random: &mut Random) -> f64 {
-        let (stretch, _) = &self.draws[random.pick(draws)];
-        let mut at = stretch.size * f64::from(random.unit());
-        for block in stretch.blocks.clone() {
-            at -= self.design.sizes[block];
-            if at <= 0.0 {
-                return self.sample.measured[block].map_or(0.0, |span| span.cycles) / self.design.sizes[block];
-            }
-        }
-        0.0
+/// Warp instructions a cycle of `blocks` alone.
+fn issue<'a>(blocks: impl Iterator<Item = &'a Block>) -> f64 {
+    let (mut instructions, mut cycles) = (0.0, 0.0);
+    for block in blocks {
+        instructions += block.instructions.warp as f64;
+        cycles += block.alone;
     }
+    if cycles > 0.0 { instructions / cycles } else { 0.0 }
 }

@@ -4,14 +4,18 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::design::Design;
-use super::{Source, Spent, launch, timed, workload};
+use super::{Spent, timed};
 use crate::Result;
 use crate::fermi::caches::{self, Span};
-use crate::fermi::kernel::Kernel;
+use crate::fermi::launch::Launch;
 use crate::fermi::machine::Machine;
 use crate::fermi::simt::LANES;
 use crate::fermi::times::Times;
 use crate::trace::StepTrace;
+
+/// Draws from which the load on the memory system is taken: two places tell it as well as all, because the latencies
+/// that follow from it change by a few cycles only.
+const LOAD_DRAWS: usize = 2;
 
 /// What the replayed stretches did.
 #[derive(Clone, Debug, Default)]
@@ -22,71 +26,88 @@ pub(super) struct Sample {
     pub(super) times: Option<Times>,
     /// Blocks replayed, those not counted among them; a pass without queues and one with them count as two.
     pub(super) replayed: usize,
-    /// Blocks recorded.
-    pub(super) recorded: usize,
+    /// Blocks replayed, each once.
+    pub(super) blocks: usize,
 }
 
 impl Sample {
-    /// Replays what draws 0..`draws` want and earlier ones did not, as one launch: the blocks before a stretch go
-    /// before it uncounted, and blocks after the last keep multiprocessors full until it ends.
+    /// Replays what draws 0..`draws` want and earlier ones did not.
     pub(super) fn extend(
         &mut self,
         machine: &Machine,
-        kernel: &Kernel,
-        source: &impl Source,
+        whole: &Launch,
         (design, draws): (&Design, usize),
         spent: &mut Spent,
     ) -> Result<()> {
         self.measured.resize(design.blocks(), None);
-        let wanted: BTreeSet<usize> = (0..draws).map(|draw| design.draw(draw)).collect();
-        let new: Vec<Range<usize>> = wanted
-            .into_iter()
-            .map(|stretch| design.stretches[stretch].blocks.clone())
-            .filter(|blocks| self.measured[blocks.start].is_none())
-            .collect();
-        let runs = runs(design, &new);
-        let Some(threads) = (!runs.is_empty()).then_some(kernel.threads as usize) else { return Ok(()) };
-        let trace = timed(&mut spent.recording, || {
-            let mut trace = StepTrace { starts: vec![0], steps: Vec::new() };
-            for run in &runs {
-                trace.append(&source.record(run.start * threads..(run.end * threads).min(source.rays())));
-            }
-            trace
-        });
-        let launch = launch(kernel, workload(source, &trace));
-        let outcome = timed(&mut spent.model, || {
+        timed(&mut spent.replay, || {
             let times = match self.times {
                 Some(times) => times,
                 None => {
-                    self.replayed += launch.blocks();
                     let unloaded = Times::unloaded(machine);
-                    unloaded.with_queues(machine, &caches::pass(machine, &launch, unloaded)?.load())
+                    let (_, outcome) = self.pass(machine, whole, &self.wanted(design, LOAD_DRAWS), design, unloaded)?;
+                    self.replayed += outcome.spans.len();
+                    unloaded.with_queues(machine, &outcome.load())
                 }
             };
             self.times = Some(times);
-            caches::pass(machine, &launch, times)
-        })?;
-        self.replayed += launch.blocks();
-        self.recorded += launch.blocks();
-        for (block, span) in runs.into_iter().flatten().zip(outcome.spans) {
-            if new.iter().any(|blocks| blocks.contains(&block)) {
-                self.measured[block] = Some(span);
+            let new = self.wanted(design, draws);
+            if new.is_empty() {
+                return Ok(());
             }
-        }
-        Ok(())
+            let (runs, outcome) = self.pass(machine, whole, &new, design, times)?;
+            self.replayed += outcome.spans.len();
+            self.blocks += outcome.spans.len();
+            for (block, span) in runs.into_iter().flatten().zip(outcome.spans) {
+                if new.iter().any(|blocks| blocks.contains(&block)) {
+                    self.measured[block] = Some(span);
+                }
+            }
+            Ok(())
+        })
     }
 
-    /// Warps recorded.
-    pub(super) fn warps(&self, kernel: &Kernel) -> usize {
-        self.recorded * kernel.threads as usize / LANES
+    /// Stretches of draws 0..`draws` that were not measured yet, in order.
+    fn wanted(&self, design: &Design, draws: usize) -> Vec<Range<usize>> {
+        let drawn: BTreeSet<usize> = (0..draws).map(|draw| design.draw(draw)).collect();
+        let blocks = drawn.into_iter().map(|stretch| design.stretches[stretch].blocks.clone());
+        blocks.filter(|blocks| self.measured[blocks.start].is_none()).collect()
+    }
+
+    /// One launch of `stretches` and what goes with them. Returns its blocks by their numbers in the whole one.
+    fn pass(
+        &self,
+        machine: &Machine,
+        whole: &Launch,
+        stretches: &[Range<usize>],
+        design: &Design,
+        times: Times,
+    ) -> Result<(Vec<Range<usize>>, caches::Outcome)> {
+        let runs = runs(design, stretches);
+        let threads = whole.block_threads();
+        let mut trace = StepTrace { starts: vec![0], steps: Vec::new() };
+        for run in &runs {
+            trace.append(whole.workload.trace, run.start * threads..(run.end * threads).min(whole.rays()));
+        }
+        let mut launch = *whole;
+        launch.workload.trace = &trace;
+        let outcome = caches::pass(machine, &launch, times)?;
+        Ok((runs, outcome))
+    }
+
+    /// Warps replayed.
+    pub(super) fn warps(&self, launch: &Launch) -> usize {
+        self.blocks * launch.block_threads() / LANES
     }
 }
 
-/// Blocks to replay for `stretches`, which are in order: each with those that warm it, the last with those that follow.
+/// Blocks to replay for `stretches`, which are in order: each with those that warm it, the first with those that fill
+/// the machine, the last with those that keep it full.
 fn runs(design: &Design, stretches: &[Range<usize>]) -> Vec<Range<usize>> {
     let mut runs: Vec<Range<usize>> = Vec::new();
     for stretch in stretches {
-        let first = stretch.start.saturating_sub(design.wave);
+        let before = if runs.is_empty() { design.wave } else { design.before() };
+        let first = stretch.start.saturating_sub(before);
         match runs.last_mut() {
             Some(last) if first <= last.end => last.end = stretch.end,
             _ => runs.push(first..stretch.end),
@@ -100,13 +121,14 @@ fn runs(design: &Design, stretches: &[Range<usize>]) -> Vec<Range<usize>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::design::tests::blocks;
     use super::*;
 
     #[test]
     fn stretches_are_warmed_up_and_none_is_replayed_twice() {
-        let design = Design::of(vec![1.0; 100], 4, 1);
-        assert_eq!(runs(&design, &[0..5, 20..25, 25..30, 33..38]), [0..5, 16..42]);
-        assert_eq!(runs(&design, &[50..55, 95..100]), [46..55, 91..100]);
+        let design = Design::new(blocks((0..100).map(|_| 1.0)), 8, 1);
+        assert_eq!(runs(&design, &[12..16, 32..36, 40..44]), [4..16, 28..52]);
+        assert_eq!(runs(&design, &[48..52, 96..100]), [40..52, 92..100]);
         assert!(runs(&design, &[]).is_empty());
     }
 }

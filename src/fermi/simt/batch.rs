@@ -62,9 +62,16 @@ pub struct Batch {
     lanes: u32,
     /// Bytes of the words that lanes side by side ask for in one request.
     request: u64,
+    /// Whether memory instructions are left out.
+    blocks_alone: bool,
 }
 
 impl Batch {
+    /// For the segments alone: no address is computed.
+    pub fn without_lines() -> Batch {
+        Batch { blocks_alone: true, ..Batch::default() }
+    }
+
     pub(super) fn clear(&mut self, request: u64) {
         self.request = request;
         self.segments.clear();
@@ -82,6 +89,9 @@ impl Batch {
     /// Adds a memory instruction of `size` bytes a lane to the last segment, whose lanes have `addresses` in order. Lanes
     /// side by side make a request, and a request is one access a distinct line, the highest first.
     pub(super) fn access(&mut self, access: Access, addresses: impl Iterator<Item = u64>, size: u64) {
+        if self.blocks_alone {
+            return;
+        }
         let start = self.lines.len();
         let (mut first, mut request) = (start, 0);
         let (mut low, mut high, mut moved) = (LINE, 0, 0);
