@@ -251,3 +251,27 @@ fn the_probe_finds_what_is_known_of_the_driver() {
         assert_eq!(probe.loop_limit, None);
     }
 }
+
+#[test]
+fn the_driver_counts_the_invocations_that_were_asked_for() {
+    let Some(gpu) = common::gpu() else { return };
+    if !gpu.info().driver_counters.pipeline_statistics {
+        eprintln!("SKIPPED: this driver has no pipeline statistics");
+        return;
+    }
+    let kernel = gpu.pipeline(Kernel::ProbeLoop, &[]).unwrap();
+    let (input, output) = loop_buffers(&gpu, 10, 7);
+    let counted = |counting: bool| {
+        let mut recorder = gpu.recorder("counted").unwrap();
+        if counting {
+            recorder.count_invocations().unwrap();
+        }
+        for groups in [3, 4] {
+            recorder.dispatch(&kernel, &[&input, &output], &[], groups).unwrap();
+            recorder.barrier();
+        }
+        recorder.submit().unwrap().invocations
+    };
+    assert_eq!(counted(true), Some(7 * u64::from(kernel.kernel().interface().local_size)));
+    assert_eq!(counted(false), None);
+}

@@ -147,6 +147,14 @@ fn device_text(text: &mut String, device: &Device) {
     let _ = writeln!(text, "device {}  {}", info.index, info.name);
     let _ = writeln!(text, "  driver            {} {}, Vulkan {}", info.driver, info.driver_version, info.api_version);
     let _ = writeln!(text, "  subgroup          {} lanes", info.subgroup_size);
+    let counters = [
+        (info.driver_counters.pipeline_statistics, "invocations of kernels"),
+        (info.driver_counters.performance_query, "hardware counters (not read)"),
+    ];
+    let counters: Vec<&str> = counters.into_iter().filter_map(|(has, name)| has.then_some(name)).collect();
+    if !counters.is_empty() {
+        let _ = writeln!(text, "  driver counts     {}", counters.join(", "));
+    }
     let limits = &info.limits;
     let _ = writeln!(
         text,

@@ -83,6 +83,16 @@ pub struct Outcome {
     /// Rounds and SMs of strategy `migrate`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub migration: Option<MigrationReport>,
+    /// What the driver counted in the same run, where it can. It need not be the same on another device.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub driver_counters: Option<DriverCounted>,
+}
+
+/// Counters of the driver's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct DriverCounted {
+    /// Invocations of all kernels of the strategy.
+    pub compute_shader_invocations: u64,
 }
 
 /// Something that makes and traces a benchmark's rays.
@@ -127,6 +137,9 @@ pub fn measure(
             None => WarpCounters::of(traced.counters.iter()),
         },
         migration: traced.migration.clone(),
+        driver_counters: traced
+            .invocations
+            .map(|compute_shader_invocations| DriverCounted { compute_shader_invocations }),
     };
     Ok((outcome, traced))
 }
@@ -261,18 +274,21 @@ impl Bench for GpuBench<'_> {
     }
 
     fn trace(&mut self, kind: RayKind, rays: &[Ray]) -> Result<Traced> {
-        let mut traced = Traced { hits: Vec::new(), counters: Vec::new(), migration: None };
+        let mut traced = Traced { hits: Vec::new(), counters: Vec::new(), migration: None, invocations: None };
         for rays in rays.chunks(COUNTED_RAYS as usize) {
             let n = rays.len();
             let buffer = self.gpu.upload("rays", rays)?;
             let hit_buffer = self.gpu.buffer("hits", (n * size_of::<Hit>()) as u64, Place::Device)?;
             let counter_buffer = self.gpu.buffer("counters", (n * size_of::<RayCounters>()) as u64, Place::Device)?;
-            let mut stream = Stream::new(self.gpu);
+            let mut stream = Stream::counting(self.gpu);
             let buffers = RayBuffers::new(&buffer, &hit_buffer).counted(&counter_buffer);
             let report = self.tracer.trace(&mut stream, "trace", kind.query(), &buffers, n as u32)?;
             stream.finish()?;
             traced.hits.extend(self.gpu.download::<Hit>(&hit_buffer, 0..n)?);
             traced.counters.extend(self.gpu.download::<RayCounters>(&counter_buffer, 0..n)?);
+            if let Some(more) = stream.invocations() {
+                *traced.invocations.get_or_insert(0) += more;
+            }
             if let Some(more) = report {
                 traced.migration.get_or_insert_default().append(more);
             }

@@ -13,12 +13,19 @@ pub struct Stream<'g> {
     gpu: &'g Gpu,
     recorder: Option<Recorder>,
     seconds: BTreeMap<String, f64>,
+    counts: bool,
+    invocations: Option<u64>,
 }
 
 impl<'g> Stream<'g> {
     /// An empty stream.
     pub fn new(gpu: &'g Gpu) -> Stream<'g> {
-        Stream { gpu, recorder: None, seconds: BTreeMap::new() }
+        Stream { gpu, recorder: None, seconds: BTreeMap::new(), counts: false, invocations: None }
+    }
+
+    /// The same, with invocations of kernels counted by the driver.
+    pub fn counting(gpu: &'g Gpu) -> Stream<'g> {
+        Stream { counts: true, ..Stream::new(gpu) }
     }
 
     /// The device.
@@ -28,7 +35,11 @@ impl<'g> Stream<'g> {
 
     fn recorder(&mut self, stage: &str) -> Result<&mut Recorder> {
         if self.recorder.is_none() {
-            self.recorder = Some(self.gpu.recorder(stage)?);
+            let mut recorder = self.gpu.recorder(stage)?;
+            if self.counts {
+                recorder.count_invocations()?;
+            }
+            self.recorder = Some(recorder);
         }
         Ok(self.recorder.as_mut().unwrap_or_else(|| unreachable!("just made")))
     }
@@ -100,12 +111,21 @@ impl<'g> Stream<'g> {
     /// [`crate::Error::Device`] naming the first stage of the submission if the device fails.
     pub fn finish(&mut self) -> Result<()> {
         let Some(recorder) = self.recorder.take() else { return Ok(()) };
-        for span in recorder.submit()?.spans {
+        let timings = recorder.submit()?;
+        if let Some(more) = timings.invocations {
+            *self.invocations.get_or_insert(0) += more;
+        }
+        for span in timings.spans {
             if span.label != BETWEEN {
                 *self.seconds.entry(span.label).or_default() += span.seconds;
             }
         }
         Ok(())
+    }
+
+    /// Invocations of kernels so far, if they are counted and the device can.
+    pub fn invocations(&self) -> Option<u64> {
+        self.invocations
     }
 
     /// Seconds on the device by stage since the last call.

@@ -35,6 +35,8 @@ pub struct Traced {
     pub counters: Vec<RayCounters>,
     /// Of strategy `migrate`.
     pub migration: Option<MigrationReport>,
+    /// Invocations of kernels as the driver counted them, of a device that does.
+    pub invocations: Option<u64>,
 }
 
 impl<'a> TwinTracer<'a> {
@@ -92,7 +94,7 @@ impl<'a> TwinTracer<'a> {
             account.visits(partition, &visits)?;
         }
         let report = account.close(Some(&migration.counters))?;
-        Ok(Traced { hits: migration.hits, counters: migration.counters, migration: Some(report) })
+        Ok(Traced { hits: migration.hits, counters: migration.counters, migration: Some(report), invocations: None })
     }
 }
 
@@ -101,7 +103,7 @@ fn whole(tree: &impl Tree, query: Query, rays: &[Ray]) -> Traced {
         Query::Closest => trace_closest(tree, rays),
         Query::Any => trace_any(tree, rays),
     };
-    Traced { hits, counters, migration: None }
+    Traced { hits, counters, migration: None, invocations: None }
 }
 
 fn sums(visits: &[Visit]) -> Round {

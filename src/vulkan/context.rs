@@ -1,5 +1,6 @@
 //! What buffers, pipelines and recorders share: the logical device, its queue, its memory.
 
+use std::ffi::CStr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -35,10 +36,11 @@ pub(super) struct LogicalDevice(ash::Device);
 impl Context {
     pub fn new(instance: Instance, candidate: Candidate) -> Result<Self> {
         let Candidate { physical, queue_family, timestamp_bits, info } = candidate;
-        let has_executables = has_executable_properties(&instance.raw, physical)?;
+        let executables = khr::pipeline_executable_properties::NAME;
+        let has_executables = has_extension(&instance.raw, physical, executables)?;
         let mut extensions = Vec::new();
         if has_executables {
-            extensions.push(khr::pipeline_executable_properties::NAME.as_ptr());
+            extensions.push(executables.as_ptr());
         }
         if info.sms.is_some() {
             extensions.push(nv::shader_sm_builtins::NAME.as_ptr());
@@ -48,8 +50,11 @@ impl Context {
         let mut executable =
             vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default().pipeline_executable_info(true);
         let mut sm = vk::PhysicalDeviceShaderSMBuiltinsFeaturesNV::default().shader_sm_builtins(true);
+        let features =
+            vk::PhysicalDeviceFeatures::default().pipeline_statistics_query(info.driver_counters.pipeline_statistics);
         let mut create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
+            .enabled_features(&features)
             .enabled_extension_names(&extensions)
             .push_next(&mut address);
         if has_executables {
@@ -127,10 +132,10 @@ impl Drop for LogicalDevice {
     }
 }
 
-fn has_executable_properties(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<bool> {
+/// Whether the device offers the extension `name`.
+pub(super) fn has_extension(instance: &ash::Instance, physical: vk::PhysicalDevice, name: &CStr) -> Result<bool> {
     // SAFETY: the instance is alive and `physical` is one of its devices.
     let extensions = unsafe { instance.enumerate_device_extension_properties(physical) }
         .map_err(failed(STAGE, "vkEnumerateDeviceExtensionProperties"))?;
-    let name = khr::pipeline_executable_properties::NAME;
     Ok(extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name)))
 }

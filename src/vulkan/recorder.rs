@@ -9,6 +9,7 @@ use super::buffer::{Buffer, Memory};
 use super::context::Context;
 use super::descriptors::Descriptors;
 use super::error::failed;
+use super::invocations::Invocations;
 use super::pipeline::{Compiled, Pipeline};
 use super::timestamps::{Timestamps, Timings};
 use crate::{Error, Result};
@@ -24,6 +25,7 @@ pub struct Recorder {
     pool: vk::CommandPool,
     descriptors: Descriptors,
     timestamps: Timestamps,
+    invocations: Option<Invocations>,
     buffers: Vec<Arc<Memory>>,
     pipelines: Vec<Arc<Compiled>>,
     context: Arc<Context>,
@@ -42,6 +44,7 @@ impl Recorder {
             pool,
             descriptors: Descriptors::new(context),
             timestamps: Timestamps::new(context),
+            invocations: None,
             buffers: Vec::new(),
             pipelines: Vec::new(),
             context: context.clone(),
@@ -153,6 +156,18 @@ impl Recorder {
         self.timestamps.write(self.commands, label).map_err(failed(&self.stage, "vkCreateQueryPool"))
     }
 
+    /// From here on the driver counts invocations of kernels, where it can; see [`Timings`].
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the driver fails.
+    pub fn count_invocations(&mut self) -> Result<()> {
+        if self.invocations.is_none() {
+            self.invocations =
+                Invocations::begin(&self.context, self.commands).map_err(failed(&self.stage, "vkCreateQueryPool"))?;
+        }
+        Ok(())
+    }
+
     /// Keeps alive, until the commands are done, a buffer that kernels reach by its address.
     pub fn keep(&mut self, buffer: &Buffer) {
         self.buffers.push(buffer.0.clone());
@@ -167,6 +182,9 @@ impl Recorder {
         if !self.timestamps.is_empty() {
             self.timestamp("")?;
         }
+        if let Some(invocations) = &self.invocations {
+            invocations.end(self.commands);
+        }
         self.dependency(
             (Stage::COMPUTE_SHADER | Stage::TRANSFER, Access::SHADER_WRITE | Access::TRANSFER_WRITE),
             (Stage::HOST, Access::HOST_READ),
@@ -174,8 +192,10 @@ impl Recorder {
         let start = Instant::now();
         self.run()?;
         let wall = start.elapsed().as_secs_f64();
-        let spans = self.timestamps.read().map_err(failed(&self.stage, "vkGetQueryPoolResults"))?;
-        Ok(Timings { spans, wall })
+        let unread = || failed(&self.stage, "vkGetQueryPoolResults");
+        let spans = self.timestamps.read().map_err(unread())?;
+        let invocations = self.invocations.as_ref().map(Invocations::read).transpose().map_err(unread())?;
+        Ok(Timings { spans, wall, invocations })
     }
 
     fn run(&self) -> Result<()> {

@@ -2,10 +2,11 @@
 
 use std::ffi::CStr;
 
-use ash::vk;
+use ash::{khr, vk};
 use serde::Serialize;
 
 use super::buffer::TEXEL_BYTES;
+use super::context::has_extension;
 use super::error::failed;
 use super::instance::{API_VERSION, Instance};
 use crate::{Error, Result};
@@ -31,6 +32,8 @@ pub struct DeviceInfo {
     pub subgroup_size: u32,
     /// Streaming multiprocessors, where kernels can tell which they run on (VK_NV_shader_sm_builtins).
     pub sms: Option<u32>,
+    /// What the driver can count.
+    pub driver_counters: DriverCounters,
     /// Limits that this program meets.
     pub limits: Limits,
     /// Memory heaps in the driver's order.
@@ -55,6 +58,15 @@ pub enum DeviceKind {
     Cpu,
     /// Anything else.
     Other,
+}
+
+/// Which counters of its own a driver offers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct DriverCounters {
+    /// Invocations of kernels (feature pipelineStatisticsQuery).
+    pub pipeline_statistics: bool,
+    /// Counters of the hardware (VK_KHR_performance_query). They are not read.
+    pub performance_query: bool,
 }
 
 /// A memory heap.
@@ -161,6 +173,9 @@ fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice
             instance.get_physical_device_queue_family_properties(physical),
         )
     };
+    let pipeline_statistics = features.features.pipeline_statistics_query == vk::TRUE;
+    // A device whose extensions cannot be listed is told by the error when it is opened.
+    let performance_query = has_extension(instance, physical, khr::performance_query::NAME).unwrap_or(false);
     let properties = properties.properties;
     let family = compute_family(&families);
     let timestamp_bits = family.map_or(0, |family| families[family as usize].timestamp_valid_bits);
@@ -189,6 +204,7 @@ fn describe(instance: &ash::Instance, index: usize, physical: vk::PhysicalDevice
         ),
         subgroup_size: subgroup.subgroup_size,
         sms: Some(sm.shader_sm_count).filter(|&count| count > 0),
+        driver_counters: DriverCounters { pipeline_statistics, performance_query },
         limits: limits(&properties.limits, &maintenance, timestamp_bits),
         heaps: memory
             .memory_heaps_as_slice()

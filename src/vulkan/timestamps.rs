@@ -16,6 +16,8 @@ pub struct Timings {
     pub spans: Vec<Span>,
     /// Wall time from submission to completion, in seconds.
     pub wall: f64,
+    /// Invocations of kernels, where they were to be counted and the device does.
+    pub invocations: Option<u64>,
 }
 
 /// From one timestamp to the next, or to the end of the recorder.
