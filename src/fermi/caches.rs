@@ -381,8 +381,7 @@ impl<'a> Replay<'a> {
         let span = &mut self.spans[of];
         span.compute += cost.cycles as f64;
         span.memory += end - now - cost.cycles as f64;
-        span.instructions.warp += cost.instructions;
-        span.instructions.thread += cost.instructions * u64::from(lanes);
+        span.instructions.issue(cost.instructions, lanes);
         span.visits += u64::from(block.visits());
         Some(end)
     }

@@ -121,8 +121,7 @@ fn totals(machine: &Machine, launch: &Launch) -> Totals {
             for segment in &batch.segments {
                 let cost = costs[segment.block as usize];
                 cycles += cost.cycles as f64;
-                totals.instructions.warp += cost.instructions;
-                totals.instructions.thread += cost.instructions * u64::from(segment.lanes);
+                totals.instructions.issue(cost.instructions, segment.lanes);
                 totals.visits += u64::from(segment.block.visits());
             }
             for op in batch.memory.iter().filter(|op| op.access != Access::Texture) {

@@ -149,6 +149,18 @@ pub struct Instructions {
 }
 
 impl Instructions {
+    /// Counts `warp` instructions of a warp, run by `lanes` of its lanes.
+    pub(super) fn issue(&mut self, warp: u64, lanes: u8) {
+        self.warp += warp;
+        self.thread += warp * u64::from(lanes);
+    }
+
+    /// Adds others.
+    pub(super) fn add(&mut self, other: &Instructions) {
+        self.warp += other.warp;
+        self.thread += other.thread;
+    }
+
     /// Active lanes of issued warp instructions over 32.
     pub fn efficiency(&self) -> f64 {
         self.thread as f64 / (self.warp.max(1) * LANES as u64) as f64
@@ -271,8 +283,7 @@ impl Prediction {
         for part in parts {
             cycles += part.cycles;
             visits += part.visits;
-            instructions.warp += part.instructions.warp;
-            instructions.thread += part.instructions.thread;
+            instructions.add(&part.instructions);
             latency.memory += part.latency.memory * part.l1.misses as f64;
             latency.mean += part.latency.mean * part.l1.accesses as f64;
             l1.add(part.l1);

@@ -157,8 +157,7 @@ impl<'a> Replay<'a> {
         let share = 1.0 / self.sms.len() as f64;
         for sm in &self.sms {
             l1.add(sm.counts);
-            instructions.warp += sm.instructions.warp;
-            instructions.thread += sm.instructions.thread;
+            instructions.add(&sm.instructions);
             cpi.add_scaled(&sm.cpi, share);
             visits += sm.visits;
             latency = (latency.0 + sm.latency.0, latency.1 + sm.latency.1);

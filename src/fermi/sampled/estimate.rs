@@ -66,8 +66,7 @@ impl Estimates {
         // What follows from the steps alone is known.
         (total.instructions, total.visits, total.compute) = Default::default();
         for block in &design.work {
-            total.instructions.warp += block.instructions.warp;
-            total.instructions.thread += block.instructions.thread;
+            total.instructions.add(&block.instructions);
             total.visits += block.visits;
             total.compute += block.compute;
         }

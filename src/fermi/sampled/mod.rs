@@ -114,7 +114,7 @@ fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
 pub fn predict(machine: &Machine, launch: &Launch, recording: f64, request: &Request) -> Result<Prediction> {
     let mut spent = Spent { recording, ..Spent::default() };
     let wave = launch.slots(launchable(machine, launch)?.blocks) * machine.sms as usize;
-    let work = timed(&mut spent.estimate, || work::of(machine, launch.kernel, launch));
+    let work = timed(&mut spent.estimate, || work::of(machine, launch));
     let design = Design::new(work, wave, request.seed);
     let mut sample = Sample::default();
     let mut draws = FIRST_DRAWS;

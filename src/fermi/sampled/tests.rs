@@ -98,7 +98,7 @@ fn intervals_hold_the_full_replay() {
             let (mut bias, mut half) = ([0.0; 3], [0.0; 3]);
             let (source, trace) = (case.source(), case.source().record());
             let launch = launch(&kernel, source.workload(&trace));
-            let work = work::of(&machine, &kernel, &launch);
+            let work = work::of(&machine, &launch);
             let wave = launch.slots(launchable(&machine, &launch).unwrap().blocks) * machine.sms as usize;
             for seed in 0..SEEDS {
                 let design = Design::new(work.clone(), wave, seed);

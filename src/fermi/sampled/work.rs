@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use crate::fermi::kernel::Kernel;
 use crate::fermi::launch::Launch;
 use crate::fermi::machine::Machine;
 use crate::fermi::profile::profile;
@@ -24,8 +23,8 @@ pub(super) struct Block {
 
 /// All blocks of a launch. Which basic blocks a warp runs follows from its rays' steps alone, so this takes a small part
 /// of a replay's time, and a replay departs from it by a factor that differs little from place to place.
-pub(super) fn of(machine: &Machine, kernel: &Kernel, launch: &Launch) -> Vec<Block> {
-    let costs = profile(machine, kernel);
+pub(super) fn of(machine: &Machine, launch: &Launch) -> Vec<Block> {
+    let costs = profile(machine, launch.kernel);
     let layout = Layout::new(&launch.workload, 0);
     let block = |number: usize| {
         let mut block = Block::default();
@@ -41,8 +40,7 @@ pub(super) fn of(machine: &Machine, kernel: &Kernel, launch: &Launch) -> Vec<Blo
                 for segment in &batch.segments {
                     let cost = costs[segment.block as usize];
                     cycles += cost.cycles;
-                    block.instructions.warp += cost.instructions;
-                    block.instructions.thread += cost.instructions * u64::from(segment.lanes);
+                    block.instructions.issue(cost.instructions, segment.lanes);
                     block.visits += u64::from(segment.block.visits());
                 }
             }
