@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::coincident::BuildPrimitives;
 use super::lay_out::lay_out;
+use super::pieces::Pieces;
 use super::ties::untied;
 use crate::layout::{Node, Triangle};
 use crate::shared::{LEAF_BIT, LEAF_FIRST_MASK, MAX_LEAF_TRIANGLES};
@@ -21,7 +22,8 @@ pub(super) const NOWHERE: (Vec3, Vec3) = (Vec3::splat(f32::MAX), Vec3::splat(f32
 /// Link of an empty leaf.
 pub(super) const EMPTY_LEAF: u32 = LEAF_BIT;
 
-/// How much time the builder spends on quality; obvhs's presets of the same names.
+/// How much time the builder spends on quality; obvhs's presets of the same names. From [`Quality::Medium`] on,
+/// large triangles are cut into pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs, reason = "the names say it")]
@@ -45,13 +47,11 @@ impl Quality {
             Quality::Slow => BvhBuildParams::slow_build(),
             Quality::VerySlow => BvhBuildParams::very_slow_build(),
         };
-        // Without spatial splits every triangle is in one leaf, which keeps primitive ids and leaves
-        // one to one.
-        BvhBuildParams {
-            pre_split: false,
-            max_prims_per_leaf: preset.max_prims_per_leaf.min(MAX_LEAF_TRIANGLES),
-            ..preset
-        }
+        // obvhs cuts from `Slow` on. It costs little, tests fewer triangles where there are large ones (a quarter
+        // fewer in the Conference Room) and changes hardly anything elsewhere: docs/speed.md.
+        let pre_split = preset.pre_split || self == Quality::Medium;
+        let max_prims_per_leaf = preset.max_prims_per_leaf.min(MAX_LEAF_TRIANGLES);
+        BvhBuildParams { pre_split, max_prims_per_leaf, ..preset }
     }
 }
 
@@ -61,9 +61,10 @@ impl Quality {
 pub struct Bvh {
     /// At least one node.
     pub nodes: Vec<Node>,
-    /// All triangles of the scene, each once; one zero triangle if the scene has none.
+    /// The triangles of all leaves: every triangle of the scene, those that were cut once for each leaf with a
+    /// piece of them; one zero triangle if the scene has none.
     pub triangles: Vec<Triangle>,
-    /// Place of each primitive in `triangles`.
+    /// A place of each primitive in `triangles`.
     pub slots: Vec<u32>,
     /// Low and high corner of the scene; zero if it is empty.
     pub bounds: (Vec3, Vec3),
@@ -81,8 +82,10 @@ impl Bvh {
         if positions.is_empty() {
             return Ok(Bvh::empty());
         }
-        let primitives = BuildPrimitives::new(positions);
-        let tree = build_bvh2(&untied(&primitives.boxes), quality.parameters(), &mut std::time::Duration::default());
+        let parameters = quality.parameters();
+        let pieces = if parameters.pre_split { Pieces::cut(positions) } else { Pieces::whole(positions) };
+        let primitives = BuildPrimitives::new(pieces);
+        let tree = build_bvh2(&untied(&primitives.boxes()), parameters, &mut std::time::Duration::default());
         Ok(lay_out(&tree, &primitives, positions))
     }
 
@@ -94,6 +97,11 @@ impl Bvh {
             bounds: (Vec3::ZERO, Vec3::ZERO),
             triangle_count: 0,
         }
+    }
+
+    /// Triangles of all leaves together.
+    pub fn references(&self) -> usize {
+        if self.triangle_count == 0 { 0 } else { self.triangles.len() }
     }
 
     /// Bytes of nodes and triangles.

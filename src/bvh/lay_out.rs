@@ -7,9 +7,9 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 
 use super::build::{Bvh, EMPTY_LEAF, NOWHERE, node};
-use super::coincident::{BuildPrimitives, bounds};
+use super::coincident::BuildPrimitives;
 use crate::layout::{Node, Triangle};
-use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, MAX_LEAF_TRIANGLES, STACK_SIZE};
+use crate::shared::{LEAF_BIT, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, MAX_LEAF_TRIANGLES, STACK_SIZE};
 
 /// Levels in which any number of triangles that the layout can hold, 2^27, are halved down to leaves of 8.
 const HALVINGS: usize = 24;
@@ -27,15 +27,16 @@ pub fn lay_out(tree: &Bvh2, primitives: &BuildPrimitives, positions: &[[Vec3; 3]
         halved_from: if depth(tree) > deepest { DEEPEST_LEVEL } else { usize::MAX },
         order: Vec::new(),
         nodes: Vec::with_capacity(tree.nodes.len() / 2 + 1),
-        triangles: Vec::with_capacity(positions.len()),
+        triangles: Vec::with_capacity(primitives.pieces.prims.len()),
+        leaf_boxes: Vec::with_capacity(primitives.pieces.prims.len()),
     };
     layout.all();
-    let Layout { mut nodes, triangles, .. } = layout;
+    let Layout { mut nodes, triangles, leaf_boxes, .. } = layout;
     let mut slots = vec![0; positions.len()];
     for (slot, triangle) in triangles.iter().enumerate() {
         slots[triangle.prim as usize] = slot as u32;
     }
-    let bounds = fit(&mut nodes, &triangles);
+    let bounds = fit(&mut nodes, &leaf_boxes);
     Bvh { nodes, triangles, slots, bounds, triangle_count: positions.len() }
 }
 
@@ -57,8 +58,8 @@ fn depth(tree: &Bvh2) -> usize {
 enum Part {
     /// A node of the source.
     Source(usize),
-    /// Triangles in `Layout::order`, to be halved down to leaves.
-    Triangles(Range<usize>),
+    /// Pieces in `Layout::order`, to be halved down to leaves.
+    Pieces(Range<usize>),
 }
 
 struct Layout<'a> {
@@ -67,10 +68,12 @@ struct Layout<'a> {
     positions: &'a [[Vec3; 3]],
     /// Level from which subtrees are halved, whatever the source says.
     halved_from: usize,
-    /// Primitive ids of leaves and of subtrees that are halved.
+    /// Pieces of leaves and of subtrees that are halved.
     order: Vec<u32>,
     nodes: Vec<Node>,
     triangles: Vec<Triangle>,
+    /// Box of the leaf that each of `triangles` is in.
+    leaf_boxes: Vec<Aabb>,
 }
 
 impl Layout<'_> {
@@ -102,7 +105,7 @@ impl Layout<'_> {
     /// Appends a leaf, or an inner node whose links are still to come; returns its link and its children.
     fn place(&mut self, part: Part, level: usize) -> (u32, Option<[Part; 2]>) {
         let range = match part {
-            Part::Triangles(range) => range,
+            Part::Pieces(range) => range,
             Part::Source(index) if self.tree.nodes[index].is_leaf() || level >= self.halved_from => {
                 // Depth-first, so no part of what was gathered before is pending.
                 self.order.clear();
@@ -118,10 +121,10 @@ impl Layout<'_> {
         }
         let middle = range.start + range.len() / 2;
         let halves = [range.start..middle, middle..range.end];
-        (self.inner(), Some(halves.map(Part::Triangles)))
+        (self.inner(), Some(halves.map(Part::Pieces)))
     }
 
-    /// Appends all triangles below a node of the source to `order`, neighbours together.
+    /// Appends all pieces below a node of the source to `order`, neighbours together.
     fn gather(&mut self, index: usize) -> Range<usize> {
         let start = self.order.len();
         let mut pending = vec![index];
@@ -130,7 +133,7 @@ impl Layout<'_> {
             let first = node.first_index as usize;
             if node.is_leaf() {
                 let leaf = &self.tree.primitive_indices[first..first + node.prim_count as usize];
-                self.order.extend(leaf.iter().flat_map(|&primitive| self.primitives.triangles(primitive)));
+                self.order.extend(leaf.iter().flat_map(|&primitive| self.primitives.pieces_of(primitive)));
             } else {
                 pending.extend([first + 1, first]);
             }
@@ -143,14 +146,19 @@ impl Layout<'_> {
         self.nodes.len() as u32 - 1
     }
 
-    /// Appends a leaf's triangles, lowest primitive id first.
+    /// Appends a leaf's triangles, lowest primitive id first, each once however many pieces of it the leaf has.
     fn leaf(&mut self, range: Range<usize>) -> u32 {
-        let (first, count) = (self.triangles.len(), range.len() as u32);
-        self.triangles.extend(self.order[range].iter().map(|&prim| {
+        let pieces = &mut self.order[range];
+        let prim = |&piece: &u32| self.primitives.pieces.prims[piece as usize];
+        pieces.sort_unstable_by_key(prim);
+        let first = self.triangles.len();
+        self.triangles.extend(pieces.chunk_by(|a, b| prim(a) == prim(b)).map(|same| {
+            let prim = prim(&same[0]);
             let [v0, v1, v2] = self.positions[prim as usize].map(Into::into);
             Triangle { v0, prim, v1, pad1: 0, v2, pad2: 0 }
         }));
-        self.triangles[first..].sort_unstable_by_key(|triangle| triangle.prim);
+        self.leaf_boxes.resize(self.triangles.len(), self.primitives.pieces.union(pieces));
+        let count = (self.triangles.len() - first) as u32;
         LEAF_BIT | count << LEAF_COUNT_SHIFT | first as u32
     }
 
@@ -160,16 +168,17 @@ impl Layout<'_> {
     }
 }
 
-/// Gives all nodes their boxes, from the triangles up; returns the scene's. The boxes that the tree was built
+/// Gives all nodes their boxes, from the leaves up; returns the scene's. The boxes that the tree was built
 /// over may be larger.
-fn fit(nodes: &mut [Node], triangles: &[Triangle]) -> (Vec3, Vec3) {
+fn fit(nodes: &mut [Node], leaf_boxes: &[Aabb]) -> (Vec3, Vec3) {
     let mut boxes = vec![Aabb::empty(); nodes.len()];
     // Children come after their parents.
     for index in (0..nodes.len()).rev() {
         let children = nodes[index].child.map(|link| {
-            let aabb = match link & LEAF_BIT {
-                0 => boxes[link as usize],
-                _ => leaf_box(link, triangles),
+            let aabb = match link {
+                EMPTY_LEAF => Aabb::empty(),
+                _ if link & LEAF_BIT == 0 => boxes[link as usize],
+                _ => leaf_boxes[(link & LEAF_FIRST_MASK) as usize],
             };
             (aabb, link)
         });
@@ -182,11 +191,4 @@ fn fit(nodes: &mut [Node], triangles: &[Triangle]) -> (Vec3, Vec3) {
         nodes[index] = Node { parent, level, ..fitted };
     }
     (boxes[0].min.into(), boxes[0].max.into())
-}
-
-fn leaf_box(link: u32, triangles: &[Triangle]) -> Aabb {
-    let first = (link & LEAF_FIRST_MASK) as usize;
-    let count = (link >> LEAF_COUNT_SHIFT & LEAF_COUNT_MASK) as usize;
-    let corners = |t: &Triangle| [t.v0, t.v1, t.v2].map(Vec3::from);
-    triangles[first..first + count].iter().fold(Aabb::empty(), |all, t| all.union(&bounds(&corners(t))))
 }

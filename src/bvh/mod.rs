@@ -4,6 +4,7 @@ pub mod build;
 mod coincident;
 mod lay_out;
 pub mod partition;
+mod pieces;
 pub mod quantise;
 pub mod statistics;
 mod ties;

@@ -11,6 +11,8 @@ use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT};
 pub struct Statistics {
     /// Triangles of the scene.
     pub triangles: usize,
+    /// Triangles of all leaves together: more than `triangles` if large ones were cut.
+    pub references: usize,
     /// Inner nodes, each with two boxes.
     pub nodes: usize,
     /// Leaves with at least one triangle.
@@ -59,9 +61,10 @@ impl Statistics {
         let leaves: usize = histogram.iter().sum();
         Statistics {
             triangles: bvh.triangle_count,
+            references: bvh.references(),
             nodes: bvh.nodes.len(),
             leaves,
-            triangles_per_leaf: bvh.triangle_count as f64 / leaves.max(1) as f64,
+            triangles_per_leaf: bvh.references() as f64 / leaves.max(1) as f64,
             leaf_histogram: histogram,
             depth,
             sah_cost: cost,

@@ -4,11 +4,12 @@ use glam::Vec3;
 
 use super::build::Bvh;
 use super::statistics::child_bounds;
+use crate::layout::Triangle;
 use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, MAX_LEAF_TRIANGLES, STACK_SIZE};
 
 impl Bvh {
     /// Checks the structure against the `positions` it was built over: links, order, depth, boxes, slots,
-    /// and that every triangle is in exactly one leaf.
+    /// and that the boxes of the leaves that hold a triangle cover it.
     ///
     /// # Errors
     /// The first thing found wrong, in words.
@@ -16,29 +17,44 @@ impl Bvh {
         if self.triangle_count != positions.len() {
             return Err(format!("{} triangles for {} positions", self.triangle_count, positions.len()));
         }
-        let mut walk = Walk { bvh: self, nodes: 0, triangles: 0 };
+        self.check_triangles(positions)?;
+        let mut walk = Walk { bvh: self, nodes: 0, triangles: 0, covered: vec![0; positions.len()] };
         walk.nodes()?;
-        if (walk.nodes, walk.triangles) != (self.nodes.len(), positions.len()) {
+        if (walk.nodes, walk.triangles) != (self.nodes.len(), self.references()) {
             return Err(format!("{} nodes and {} triangles are reached", walk.nodes, walk.triangles));
         }
-        self.check_triangles(positions)
+        match walk.covered.iter().position(|&points| points != ALL_PROBES) {
+            Some(prim) => Err(format!("parts of triangle {prim} are in no leaf's box: {:#b}", walk.covered[prim])),
+            None => Ok(()),
+        }
     }
 
-    /// Each triangle is its primitive's, and the slots are the way back: so each primitive is there once.
+    /// Each triangle is its primitive's, and the slots are a way back: so each primitive is there.
     fn check_triangles(&self, positions: &[[Vec3; 3]]) -> Result<(), String> {
-        for (slot, triangle) in self.triangles[..self.triangle_count].iter().enumerate() {
-            let prim = triangle.prim as usize;
+        for (slot, triangle) in self.triangles[..self.references()].iter().enumerate() {
             let corners = [triangle.v0, triangle.v1, triangle.v2].map(Vec3::from);
-            if positions.get(prim) != Some(&corners) {
-                return Err(format!("slot {slot} has not the corners of its primitive {prim}"));
-            }
-            if self.slots[prim] as usize != slot {
-                return Err(format!("primitive {prim} is in slot {slot}, not in {}", self.slots[prim]));
+            if positions.get(triangle.prim as usize) != Some(&corners) {
+                return Err(format!("slot {slot} has not the corners of its primitive {}", triangle.prim));
             }
         }
-        Ok(())
+        let lost = |(prim, &slot): (usize, &u32)| {
+            let found = self.triangles.get(slot as usize).map(|triangle| triangle.prim as usize);
+            (found != Some(prim)).then(|| format!("primitive {prim} is not in slot {slot}, but {found:?}"))
+        };
+        self.slots[..positions.len()].iter().enumerate().find_map(lost).map_or(Ok(()), Err)
     }
 }
+
+/// Points of a triangle of which each must be in one of its leaves' boxes: corners, middles of edges, and one
+/// inside: rounding cannot take them out of the triangle's box.
+fn probes(triangle: &Triangle) -> [Vec3; 7] {
+    let [a, b, c] = [triangle.v0, triangle.v1, triangle.v2].map(Vec3::from);
+    let middle = |a: Vec3, b: Vec3| (a + b) * 0.5;
+    [a, b, c, middle(a, b), middle(b, c), middle(c, a), middle(middle(a, b), c)]
+}
+
+/// A bit for each of [`probes`].
+const ALL_PROBES: u8 = 0b111_1111;
 
 /// A walk in the order of the layout: a node, all below its first child, all below its second.
 struct Walk<'a> {
@@ -47,6 +63,8 @@ struct Walk<'a> {
     nodes: usize,
     /// Triangles met so far.
     triangles: usize,
+    /// For each primitive, which of its [`probes`] are in the box of a leaf with it.
+    covered: Vec<u8>,
 }
 
 impl Walk<'_> {
@@ -87,19 +105,19 @@ impl Walk<'_> {
         }
         let first = (link & LEAF_FIRST_MASK) as usize;
         let range = first..first + count as usize;
-        if count > MAX_LEAF_TRIANGLES || first != self.triangles || range.end > self.bvh.triangle_count {
+        if count > MAX_LEAF_TRIANGLES || first != self.triangles || range.end > self.bvh.references() {
             return Err(format!("triangles {range:?}, where {} would be next", self.triangles));
         }
         self.triangles = range.end;
         let triangles = &self.bvh.triangles[range];
-        if !triangles.is_sorted_by_key(|triangle| triangle.prim) {
-            return Err("its triangles are not in the order of their ids".to_owned());
+        if !triangles.is_sorted_by(|a, b| a.prim < b.prim) {
+            return Err("its triangles are not in the order of their ids, each once".to_owned());
         }
-        let corners = triangles.iter().flat_map(|t| [t.v0, t.v1, t.v2]).map(Vec3::from);
-        match corners.into_iter().find(|&corner| !contains(bounds, (corner, corner))) {
-            Some(corner) => Err(format!("{corner} is outside of its box {bounds:?}")),
-            None => Ok(()),
+        for triangle in triangles {
+            let inside = probes(triangle).map(|point| u8::from(contains(bounds, (point, point))));
+            self.covered[triangle.prim as usize] |= inside.iter().rev().fold(0, |bits, bit| bits << 1 | bit);
         }
+        Ok(())
     }
 }
 

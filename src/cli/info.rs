@@ -215,6 +215,7 @@ fn scene_text(text: &mut String, scene: &SceneSummary, features: &Features, kern
     let _ = writeln!(text, "BVH    nodes and leaves in the terms of Zhu and Deng 2013, Table I");
     let _ = writeln!(text, "  nodes             {}, leaves {}, depth {}", bvh.nodes, bvh.leaves, bvh.depth);
     let _ = writeln!(text, "  triangles a leaf  {:.2}, by count {:?}", bvh.triangles_per_leaf, bvh.leaf_histogram);
+    let _ = writeln!(text, "  in all leaves     {} triangles, those cut once a leaf", bvh.references);
     let _ = writeln!(text, "  SAH cost          {:.2}", bvh.sah_cost);
     let _ = writeln!(text, "  bytes             {} nodes, {} triangles", bvh.node_bytes, bvh.triangle_bytes);
 }

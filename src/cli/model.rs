@@ -226,7 +226,7 @@ impl Model {
         let (prepared, rays) = self.rays()?;
         let (_, trace) = record_steps(&prepared.bvh, &rays, self.rays.query());
         let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
-        Ok(Recording { trace, children, triangles: prepared.bvh.triangle_count, bvh: Some(prepared.bvh) })
+        Ok(Recording { trace, children, triangles: prepared.bvh.references(), bvh: Some(prepared.bvh) })
     }
 
     fn rays(&self) -> Result<(Prepared, Vec<Ray>)> {

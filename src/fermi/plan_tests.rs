@@ -72,9 +72,9 @@ fn rays_go_through_the_queues_of_the_twin_and_do_what_it_counts() {
         for query in [Query::Closest, Query::Any] {
             let (_, trace) = record_steps(&bvh, &rays, query);
             let partition = Partition::new(&bvh, policy.parse::<Policy>().unwrap(), owners, SMS).unwrap();
-            let cut = Cut::new(&partition, &children, bvh.triangle_count);
+            let cut = Cut::new(&partition, &children, bvh.references());
             let workload =
-                Workload { trace: &trace, children: &children, triangles: bvh.triangle_count, cut: Some(&cut) };
+                Workload { trace: &trace, children: &children, triangles: bvh.references(), cut: Some(&cut) };
             let modelled = Migration::of(&workload, &cut, true);
 
             let machine = migrate::Machine { bvh: &bvh, partition: &partition, warps_per_sm: 2, quota: u32::MAX };
@@ -117,8 +117,8 @@ fn free_visits_are_all_steps_in_subtrees_and_nothing_else() {
     let (_, trace) = record_steps(&bvh, &rays(&bvh, 2000), Query::Closest);
     let children: Vec<[u32; 2]> = bvh.nodes.iter().map(|node| node.child).collect();
     let partition = Partition::new(&bvh, "bytes:8KiB".parse().unwrap(), Owners::Adjacent, SMS).unwrap();
-    let cut = Cut::new(&partition, &children, bvh.triangle_count);
-    let workload = Workload { trace: &trace, children: &children, triangles: bvh.triangle_count, cut: Some(&cut) };
+    let cut = Cut::new(&partition, &children, bvh.references());
+    let workload = Workload { trace: &trace, children: &children, triangles: bvh.references(), cut: Some(&cut) };
     let kernel = Kernel::named("while-while", &[]).unwrap();
     let below = trace.steps.iter().filter(|&&step| matches!(cut.home(step), Home::Subtree(_))).count() as u64;
     for grouping in [Grouping::Queued, Grouping::Owned] {
@@ -137,8 +137,8 @@ fn all_fidelities_replay_a_migration_to_its_end() {
     let children: Vec<[u32; 2]> = bvh.nodes.iter().map(|node| node.child).collect();
     let machine = Machine::named("gtx480", &["sms=4".to_owned()]).unwrap();
     let partition = Partition::new(&bvh, "bytes:8KiB".parse().unwrap(), Owners::Adjacent, SMS).unwrap();
-    let cut = Cut::new(&partition, &children, bvh.triangle_count);
-    let workload = Workload { trace: &trace, children: &children, triangles: bvh.triangle_count, cut: Some(&cut) };
+    let cut = Cut::new(&partition, &children, bvh.references());
+    let workload = Workload { trace: &trace, children: &children, triangles: bvh.references(), cut: Some(&cut) };
     let migration = Migration::of(&workload, &cut, true);
     let kernels = kernels();
     let launches = migration.launches(workload, &kernels);

@@ -71,7 +71,7 @@ impl Traceable<'_> {
 
     /// The rays that `trace` has.
     pub fn workload<'a>(&'a self, trace: &'a StepTrace) -> Workload<'a> {
-        Workload { trace, children: self.children, triangles: self.bvh.triangle_count, cut: None }
+        Workload { trace, children: self.children, triangles: self.bvh.references(), cut: None }
     }
 }
 

@@ -146,7 +146,7 @@ impl<'a> Traced<'a> {
             model.fidelity = Fidelity::Caches;
         }
         let trace = trace.get_or_init(|| record_steps(&subject.bvh, rays, query).1);
-        let recorded = Recorded { trace, children: &subject.children, triangles: subject.bvh.triangle_count };
+        let recorded = Recorded { trace, children: &subject.children, triangles: subject.bvh.references() };
         match job.migrate {
             None => model.whole(&recorded, Strategy::Direct),
             Some(migrate) => model.migrated(&recorded, &subject.bvh, &migrate),

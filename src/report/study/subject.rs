@@ -66,7 +66,7 @@ impl Subject {
         let start = ProcessTime::now();
         let (_, trace) = record_steps(&self.bvh, rays, kind.query());
         let children = self.bvh.nodes.iter().map(|node| node.child).collect();
-        let recording = Recording { trace, children, triangles: self.bvh.triangle_count, bvh: None };
+        let recording = Recording { trace, children, triangles: self.bvh.references(), bvh: None };
         (recording, start.elapsed().as_secs_f64())
     }
 }
