@@ -8,7 +8,7 @@ use caribou::bvh::Bvh;
 use caribou::fermi::result::{Fidelity, Prediction};
 use caribou::fermi::sampled::Request;
 use caribou::render::rays::RayKind;
-use caribou::report::experiment::{Model, Traceable};
+use caribou::report::experiment::{Model, Traceable, Traversal};
 use caribou::report::study::Subject;
 use caribou::scene::{self, procedural};
 use caribou::trace::Strategy;
@@ -48,7 +48,8 @@ fn main() {
             let (recording, recorded_in) = subject.record(&rays, kind);
             let (truth, full) = timed(|| caches.whole(&recording.recorded(), Strategy::Direct).unwrap());
             let full = full + recorded_in;
-            let rays = Traceable { bvh: &subject.bvh, children: &children, rays: &rays, query: kind.query() };
+            let rays =
+                Traceable { traversal: Traversal::Scene(&subject.bvh, kind.query()), children: &children, rays: &rays };
             let request = Request { tolerance, time_limit: None, seed: SEED };
             let (estimate, cost) = timed(|| sampled.sampled(&rays, &request).unwrap());
             let effort = estimate.tolerance.as_ref().unwrap();

@@ -236,6 +236,50 @@ fn the_model_prints_a_table_or_json_and_refuses_what_cannot_be() {
     caribou(&["model", "--bvh", "none.bvh", "--ray-file", "none.rays"]).code(2).stderr(contains("none.bvh"));
 }
 
+/// Two triangles below one node, 64 rays towards them: files of another program.
+fn exchanged(folder: &Path) -> (String, String) {
+    let f = f32::to_bits;
+    let mut tree = vec![0x3148_5642, 1, 2, 0];
+    tree.extend([0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0].map(f));
+    tree.extend([!1u32, !(1 << 4 | 1), 0, 0]);
+    for (prim, z) in [(0, 1.0), (1, 2.0)] {
+        tree.extend([f(0.0), f(0.0), f(z), prim, f(1.0), f(0.0), f(0.0), 0, f(0.0), f(1.0), f(0.0), 0]);
+    }
+    let rays = (0..64u8).flat_map(|i| [f32::from(i) / 64.0, 0.2, 0.0, 0.0, 0.0, 0.0, 1.0, 1e30].map(f));
+    let write = |name: &str, words: Vec<u32>| {
+        let path = folder.join(name);
+        std::fs::write(&path, words.iter().flat_map(|word| word.to_le_bytes()).collect::<Vec<u8>>()).unwrap();
+        text(&path)
+    };
+    (write("a.bvh", tree), write("a.rays", rays.collect()))
+}
+
+#[test]
+fn exchanged_trees_are_modelled_under_every_strategy_and_sampled() {
+    let folder = folder();
+    let (tree, rays) = exchanged(folder.path());
+    let model = ["model", "--bvh", &tree, "--ray-file", &rays, "--json", "-"];
+    for more in [
+        &["--strategy", "direct"][..],
+        &["--strategy", "persistent"],
+        &["--strategy", "migrate", "--partition", "level:1"],
+        &["--strategy", "migrate", "--partition", "level:1", "--accounting", "paper"],
+        &["--tolerance", "0.1"],
+    ] {
+        let json = caribou(&[&model[..], more].concat()).success();
+        let json: serde_json::Value = serde_json::from_slice(&json.get_output().stdout).unwrap();
+        assert_eq!(json["rays"].as_u64(), Some(64), "{more:?}");
+        assert!(json["cycles"].as_u64() > Some(0), "{more:?}");
+    }
+    let mut empty = std::fs::read(&tree).unwrap();
+    empty[16 + 48..][..4].copy_from_slice(&(!0u32).to_le_bytes());
+    std::fs::write(&tree, empty).unwrap();
+    caribou(&model).success();
+    caribou(&[&model[..], &["--strategy", "migrate"]].concat())
+        .code(2)
+        .stderr(contains("node 0").and(contains("empty leaf")));
+}
+
 #[test]
 fn occupancy_names_its_limiter_and_draws() {
     let folder = folder();

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::coincident::BuildPrimitives;
 use super::lay_out::lay_out;
+use super::partition::Hierarchy;
 use super::pieces::Pieces;
 use super::ties::untied;
 use crate::layout::{Node, Triangle};
@@ -97,6 +98,11 @@ impl Bvh {
             bounds: (Vec3::ZERO, Vec3::ZERO),
             triangle_count: 0,
         }
+    }
+
+    /// The tree as it can be cut into subtrees.
+    pub fn hierarchy(&self) -> Hierarchy<'_> {
+        Hierarchy { nodes: &self.nodes, bounds: self.bounds }
     }
 
     /// Triangles of all leaves together.

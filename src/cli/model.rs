@@ -1,6 +1,6 @@
 //! `caribou model`: what a described machine would do with the rays.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::ArgPredicate;
@@ -16,11 +16,11 @@ use crate::render::features::Features;
 use crate::render::rays::{Batch, Part, RayKind, twin_part};
 use crate::render::settings::Settings;
 use crate::report::chart::Format;
-use crate::report::experiment::{self, Migrate, Recording, Traceable};
+use crate::report::experiment::{self, Migrate, Recording, Traceable, Traversal};
 use crate::report::search;
 use crate::report::sweep::Sweep;
 use crate::report::{model, reference};
-use crate::trace::exchange::{read_rays, read_tree, record_reference};
+use crate::trace::exchange::{Tree, read_rays, read_tree, record_reference};
 use crate::trace::steps::record_steps;
 use crate::trace::{Ray, Strategy};
 use crate::{Error, Result, scene};
@@ -104,7 +104,7 @@ pub struct Model {
     sweep: Option<Sweep>,
     /// Look for the setting of strategy migrate with the fewest cycles when everything is charged, and say what would
     /// have to change for it to win
-    #[arg(long, conflicts_with_all = ["reference", "bvh", "sweep"])]
+    #[arg(long, conflicts_with_all = ["reference", "sweep"])]
     search: bool,
     /// The curves of a sweep or search as .svg, .png or .csv; may be given more than once
     #[arg(short, long, value_name = "FILE")]
@@ -198,35 +198,65 @@ impl Model {
     /// Predicts from the replay of as few rays as the tolerance allows.
     fn sample(&self, request: &sampled::Request) -> Result<()> {
         let model = experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
-        if self.strategy != Strategy::Direct || self.bvh.is_some() || self.sweep.is_some() || self.search {
-            return Err(Error::usage("--fidelity sampled", "it samples the rays of a scene under strategy direct"));
+        if self.strategy != Strategy::Direct || self.sweep.is_some() || self.search {
+            return Err(Error::usage("--fidelity sampled", "it samples rays under strategy direct"));
         }
-        let (prepared, rays) = self.rays()?;
-        let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
-        let traceable = Traceable { bvh: &prepared.bvh, children: &children, rays: &rays, query: self.rays.query() };
-        let features = Features::of(&prepared.scene, None);
-        let prediction = if self.rays == RayKind::Reflect && !features.mirrors && !features.glass {
-            let (what, why) = ("pass of reflected rays", "no material reflects or refracts, so a picture has none");
-            model.left_out(&traceable, request, Skipped { what, why: why.to_owned() })?
-        } else {
-            model.sampled(&traceable, request)?
+        let prediction = match (&self.bvh, &self.ray_file) {
+            (Some(bvh), Some(rays)) => {
+                let (tree, rays) = (self.tree(bvh)?, read_rays(rays)?);
+                let traversal = Traversal::Exchanged(&tree);
+                model.sampled(&Traceable { traversal, children: &tree.children, rays: &rays }, request)?
+            }
+            _ => self.sample_scene(&model, request)?,
         };
         self.show(&prediction, || model::table(&prediction))?;
         tolerance::check(prediction.tolerance.as_ref())
+    }
+
+    fn sample_scene(&self, model: &experiment::Model, request: &sampled::Request) -> Result<Prediction> {
+        let (prepared, rays) = self.rays()?;
+        let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
+        let traversal = Traversal::Scene(&prepared.bvh, self.rays.query());
+        let traceable = Traceable { traversal, children: &children, rays: &rays };
+        let features = Features::of(&prepared.scene, None);
+        if self.rays == RayKind::Reflect && !features.mirrors && !features.glass {
+            let (what, why) = ("pass of reflected rays", "no material reflects or refracts, so a picture has none");
+            return model.left_out(&traceable, request, Skipped { what, why: why.to_owned() });
+        }
+        model.sampled(&traceable, request)
     }
 
     fn record(&self) -> Result<Recording> {
         // What cannot be predicted is refused before anything is traced.
         experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
         if let (Some(bvh), Some(rays)) = (&self.bvh, &self.ray_file) {
-            let tree = read_tree(bvh)?;
+            let tree = self.tree(bvh)?;
             let (_, trace) = record_reference(&tree, &read_rays(rays)?);
-            return Ok(Recording { trace, children: tree.children, triangles: tree.triangles.len(), bvh: None });
+            let (nodes, bounds) = if self.cuts() { tree.nodes() } else { Default::default() };
+            return Ok(Recording { trace, children: tree.children, triangles: tree.triangles.len(), nodes, bounds });
         }
         let (prepared, rays) = self.rays()?;
         let (_, trace) = record_steps(&prepared.bvh, &rays, self.rays.query());
         let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
-        Ok(Recording { trace, children, triangles: prepared.bvh.references(), bvh: Some(prepared.bvh) })
+        let (triangles, bounds) = (prepared.bvh.references(), prepared.bvh.bounds);
+        Ok(Recording { trace, children, triangles, nodes: prepared.bvh.nodes, bounds })
+    }
+
+    /// Whether the tree is to be cut into subtrees.
+    fn cuts(&self) -> bool {
+        self.strategy == Strategy::Migrate || self.search
+    }
+
+    fn tree(&self, path: &Path) -> Result<Tree> {
+        let tree = read_tree(path)?;
+        if self.cuts() {
+            tree.check_leaves().map_err(|(node, problem)| {
+                let remedy =
+                    "subtrees need leaves of triangles of their own: write such a tree, or take another strategy";
+                Error::input(path, format!("node {node}"), problem, remedy)
+            })?;
+        }
+        Ok(tree)
     }
 
     fn rays(&self) -> Result<(Prepared, Vec<Ray>)> {

@@ -202,7 +202,7 @@ mod tests {
     use crate::fermi::launch::{Stage, Work, Workload};
     use crate::render::rays::{RayKind, twin_rays};
     use crate::render::settings::Settings;
-    use crate::report::experiment::Traceable;
+    use crate::report::experiment::{Traceable, Traversal};
     use crate::scene::{self, builtin, tables::Tables};
 
     /// Camera rays through the first `triangles` triangles of the Cornell box, and the answers with a tolerance and of the
@@ -214,7 +214,8 @@ mod tests {
         let settings = Settings { width: size.0, height: size.1, ..Settings::default() };
         let rays = twin_rays(&bvh, &Tables::new(&scene), &settings.frame(&camera), RayKind::Primary);
         let children: Vec<[u32; 2]> = bvh.nodes.iter().map(|node| node.child).collect();
-        let source = Traceable { bvh: &bvh, children: &children, rays: &rays, query: RayKind::Primary.query() };
+        let source =
+            Traceable { traversal: Traversal::Scene(&bvh, RayKind::Primary.query()), children: &children, rays: &rays };
         let machine = Machine::named("gtx480", &["l1.kib=48".to_owned()]).unwrap();
         let kernel = Kernel::named("while-while", &[]).unwrap();
         let trace = source.record();

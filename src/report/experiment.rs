@@ -4,6 +4,9 @@ use std::time::Instant;
 
 use serde::{Serialize, Serializer};
 
+use glam::Vec3;
+
+use crate::bvh::partition::Hierarchy;
 use crate::bvh::{Bvh, Owners, Partition, Policy};
 use crate::fermi;
 use crate::fermi::cut::Cut;
@@ -14,7 +17,8 @@ use crate::fermi::needs;
 use crate::fermi::plan::{FreeVisits, Grouping, Kernels, Migration};
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
 use crate::fermi::sampled::{self, Request, Skipped};
-use crate::layout::Ray;
+use crate::layout::{Node, Ray, Triangle};
+use crate::trace::exchange::{Tree, record_reference};
 use crate::trace::steps::record_steps;
 use crate::trace::{Query, StepTrace, Strategy};
 use crate::{Error, Result};
@@ -39,8 +43,10 @@ pub struct Recording {
     pub children: Vec<[u32; 2]>,
     /// Number of triangles.
     pub triangles: usize,
-    /// The tree, where it is a scene's and can be cut.
-    pub bvh: Option<Bvh>,
+    /// The tree's nodes, if it is to be cut; else none.
+    pub nodes: Vec<Node>,
+    /// Low and high corner of the scene.
+    pub bounds: (Vec3, Vec3),
 }
 
 impl Recording {
@@ -48,30 +54,60 @@ impl Recording {
     pub fn recorded(&self) -> Recorded<'_> {
         Recorded { trace: &self.trace, children: &self.children, triangles: self.triangles }
     }
+
+    /// The tree as it can be cut.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if it was not recorded with its nodes.
+    pub fn hierarchy(&self) -> Result<Hierarchy<'_>> {
+        match self.nodes.is_empty() {
+            true => Err(Error::usage("strategy migrate", "record the rays together with the tree's nodes")),
+            false => Ok(Hierarchy { nodes: &self.nodes, bounds: self.bounds }),
+        }
+    }
+
+    /// Bytes of the nodes and triangles.
+    pub fn bytes(&self) -> usize {
+        self.children.len() * size_of::<Node>() + self.triangles * size_of::<Triangle>()
+    }
+}
+
+/// A tree, and how rays go through it.
+#[derive(Clone, Copy, Debug)]
+pub enum Traversal<'a> {
+    /// A scene's, as the kernels of this project go.
+    Scene(&'a Bvh, Query),
+    /// One from a file, as the reference kernel goes.
+    Exchanged(&'a Tree),
 }
 
 /// Rays not traced yet, and the tree to trace them in.
 #[derive(Clone, Copy, Debug)]
 pub struct Traceable<'a> {
-    /// The tree.
-    pub bvh: &'a Bvh,
+    /// The tree, and what is asked of it.
+    pub traversal: Traversal<'a>,
     /// Child links of each node.
     pub children: &'a [[u32; 2]],
     /// The rays.
     pub rays: &'a [Ray],
-    /// What is asked of them.
-    pub query: Query,
 }
 
 impl Traceable<'_> {
     /// Steps of all rays.
     pub fn record(&self) -> StepTrace {
-        record_steps(self.bvh, self.rays, self.query).1
+        match self.traversal {
+            Traversal::Scene(bvh, query) => record_steps(bvh, self.rays, query).1,
+            Traversal::Exchanged(tree) => record_reference(tree, self.rays).1,
+        }
     }
 
     /// The rays that `trace` has.
     pub fn workload<'a>(&'a self, trace: &'a StepTrace) -> Workload<'a> {
-        Workload { trace, children: self.children, triangles: self.bvh.references(), cut: None }
+        let triangles = match self.traversal {
+            Traversal::Scene(bvh, _) => bvh.references(),
+            Traversal::Exchanged(tree) => tree.triangles.len(),
+        };
+        Workload { trace, children: self.children, triangles, cut: None }
     }
 }
 
@@ -154,13 +190,10 @@ impl Model {
     /// Any strategy.
     ///
     /// # Errors
-    /// [`crate::Error::Usage`] if a kernel does not fit the machine, or for `migrate` in a tree that cannot be cut.
+    /// [`crate::Error::Usage`] if a kernel does not fit the machine, or for `migrate` in a tree recorded without nodes.
     pub fn predict(&self, recording: &Recording, strategy: Strategy, migrate: &Migrate) -> Result<Prediction> {
-        match (strategy, &recording.bvh) {
-            (Strategy::Migrate, Some(bvh)) => self.migrated(&recording.recorded(), bvh, migrate),
-            (Strategy::Migrate, None) => {
-                Err(Error::usage("--strategy migrate with --bvh", "subtrees are cut in scenes: name one"))
-            }
+        match strategy {
+            Strategy::Migrate => self.migrated(&recording.recorded(), recording.hierarchy()?, migrate),
             _ => self.whole(&recording.recorded(), strategy),
         }
     }
@@ -175,12 +208,12 @@ impl Model {
         fermi::predict(&self.machine, &[launch], self.fidelity, Accounting::Full)
     }
 
-    /// Strategy `migrate` in a tree cut for this machine.
+    /// Strategy `migrate` in `tree`, cut for this machine.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] if a kernel does not fit the machine.
-    pub fn migrated(&self, recorded: &Recorded, bvh: &Bvh, migrate: &Migrate) -> Result<Prediction> {
-        let partition = Partition::new(bvh, migrate.partition, migrate.owners, self.machine.sms)?;
+    pub fn migrated(&self, recorded: &Recorded, tree: Hierarchy, migrate: &Migrate) -> Result<Prediction> {
+        let partition = Partition::of(tree, migrate.partition, migrate.owners, self.machine.sms)?;
         let cut = Cut::new(&partition, recorded.children, recorded.triangles);
         let workload = recorded.workload(Some(&cut));
         let predict = |launches: &[Launch]| fermi::predict(&self.machine, launches, self.fidelity, migrate.accounting);

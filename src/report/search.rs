@@ -204,7 +204,7 @@ impl Search<'_> {
     }
 
     fn over_cache(&self, best: &Candidate) -> Result<Vec<Point>> {
-        let bytes = self.recording.bvh.as_ref().map_or(0, |bvh| bvh.bytes()) as f64;
+        let bytes = self.recording.bytes() as f64;
         let point = |&kib: &u64| {
             let settings = larger_l1(kib);
             let sms = (self.make)(&settings)?.machine.sms;
@@ -232,9 +232,8 @@ impl Search<'_> {
     }
 
     fn subtrees(&self, candidate: &Candidate) -> Result<usize> {
-        let Some(bvh) = &self.recording.bvh else { return Ok(1) };
         let sms = (self.make)(&[])?.machine.sms;
-        Ok(Partition::new(bvh, candidate.partition, candidate.owners, sms)?.subtrees.len())
+        Ok(Partition::of(self.recording.hierarchy()?, candidate.partition, candidate.owners, sms)?.subtrees.len())
     }
 
     fn point(&self, x: f64, candidate: &Candidate, settings: &[String]) -> Result<Point> {

@@ -1,6 +1,6 @@
 //! What lies below each node: the numbers that cuts and owners are decided by.
 
-use crate::bvh::Bvh;
+use super::Hierarchy;
 use crate::bvh::statistics::{child_bounds, half_area};
 use crate::layout::{Node, Triangle};
 use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT};
@@ -28,22 +28,32 @@ impl Below {
     }
 }
 
+/// All nodes, each after those below it.
+pub fn children_first(nodes: &[Node]) -> Vec<u32> {
+    let (mut order, mut pending) = (Vec::with_capacity(nodes.len()), vec![0]);
+    while let Some(index) = pending.pop() {
+        order.push(index);
+        pending.extend(nodes[index as usize].child.iter().filter(|&link| link & LEAF_BIT == 0));
+    }
+    order.reverse();
+    order
+}
+
 /// [`Below`] of every node, and of leaves by the box that their parent holds.
 pub struct Measures<'a> {
-    bvh: &'a Bvh,
+    tree: &'a [Node],
     nodes: Vec<Below>,
     scene_area: f64,
 }
 
 impl<'a> Measures<'a> {
     /// Measures the whole tree.
-    pub fn of(bvh: &'a Bvh) -> Measures<'a> {
-        let scene_area = half_area(bvh.bounds.0, bvh.bounds.1).max(f64::MIN_POSITIVE);
-        let mut measures = Measures { bvh, nodes: vec![Below::default(); bvh.nodes.len()], scene_area };
-        // Depth-first order: children come after their parents.
-        for index in (0..bvh.nodes.len()).rev() {
-            let children = [0, 1].map(|side| measures.child(index as u32, side));
-            measures.nodes[index] = Below {
+    pub fn of(tree: Hierarchy<'a>) -> Measures<'a> {
+        let scene_area = half_area(tree.bounds.0, tree.bounds.1).max(f64::MIN_POSITIVE);
+        let mut measures = Measures { tree: tree.nodes, nodes: vec![Below::default(); tree.nodes.len()], scene_area };
+        for index in children_first(tree.nodes) {
+            let children = [0, 1].map(|side| measures.child(index, side));
+            measures.nodes[index as usize] = Below {
                 nodes: 1 + children[0].nodes + children[1].nodes,
                 triangles: children[0].triangles + children[1].triangles,
                 depth: 1 + children[0].depth.max(children[1].depth),
@@ -61,7 +71,7 @@ impl<'a> Measures<'a> {
 
     /// Below child `side` of a node.
     pub fn child(&self, parent: u32, side: usize) -> Below {
-        let node = &self.bvh.nodes[parent as usize];
+        let node = &self.tree[parent as usize];
         let link = node.child[side];
         let visits = match link {
             LEAF_BIT => 0.0,

@@ -14,6 +14,8 @@ pub use owners::Owners;
 pub use policy::Policy;
 pub use statistics::PartitionStatistics;
 
+use glam::Vec3;
+
 use super::Bvh;
 use crate::layout::{Node, Subtree};
 use crate::shared::LEAF_BIT;
@@ -23,6 +25,15 @@ use measure::{Below, Measures};
 
 /// Most SMs; beyond those of any chip.
 pub const MAX_SMS: u32 = 1024;
+
+/// What is cut: the root is node 0, and nodes may lie in any order.
+#[derive(Clone, Copy, Debug)]
+pub struct Hierarchy<'a> {
+    /// Boxes and links.
+    pub nodes: &'a [Node],
+    /// Low and high corner of the scene.
+    pub bounds: (Vec3, Vec3),
+}
 
 /// A top tree and subtrees.
 ///
@@ -55,10 +66,18 @@ impl Partition {
     /// # Errors
     /// [`Error::Usage`] if there are no SMs or more than [`MAX_SMS`].
     pub fn new(bvh: &Bvh, policy: Policy, owners: Owners, sms: u32) -> Result<Partition> {
+        Partition::of(bvh.hierarchy(), policy, owners, sms)
+    }
+
+    /// Cuts any tree.
+    ///
+    /// # Errors
+    /// As of [`Partition::new`].
+    pub fn of(tree: Hierarchy, policy: Policy, owners: Owners, sms: u32) -> Result<Partition> {
         if !(1..=MAX_SMS).contains(&sms) {
             return Err(Error::usage(format!("--sms {sms}"), format!("give a number from 1 to {MAX_SMS}")));
         }
-        let measures = Measures::of(bvh);
+        let measures = Measures::of(tree);
         let mut partition = Partition {
             policy,
             top: Vec::new(),
@@ -69,7 +88,7 @@ impl Partition {
             below: Vec::new(),
             top_visits: 0.0,
         };
-        let places = partition.cut(bvh, &measures, &Cut::new(bvh, &measures, policy));
+        let places = partition.cut(tree.nodes, &measures, &Cut::new(tree.nodes, &measures, policy));
         partition.give(owners, sms, &places);
         Ok(partition)
     }
@@ -81,7 +100,7 @@ impl Partition {
 
     /// Walks the tree depth-first with a stack of (link, below, place), down to where subtrees begin. Returns
     /// the place of each subtree: node and side in the top tree, or `None` for the root.
-    fn cut(&mut self, bvh: &Bvh, measures: &Measures, cut: &Cut) -> Vec<Option<(u32, usize)>> {
+    fn cut(&mut self, nodes: &[Node], measures: &Measures, cut: &Cut) -> Vec<Option<(u32, usize)>> {
         let mut places = Vec::new();
         let mut pending = vec![(0u32, measures.root(), None::<(u32, usize)>)];
         while let Some((link, below, place)) = pending.pop() {
@@ -92,7 +111,7 @@ impl Partition {
                 places.push(place);
                 continue;
             }
-            let node = &bvh.nodes[link as usize];
+            let node = &nodes[link as usize];
             let index = self.top.len() as u32;
             self.top.push(Node { parent, ..*node });
             self.top_places.push(link);

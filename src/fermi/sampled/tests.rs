@@ -9,7 +9,7 @@ use crate::fermi::launch::{Stage, Work, Workload};
 use crate::layout::Ray;
 use crate::render::rays::{RayKind, twin_rays};
 use crate::render::settings::Settings;
-use crate::report::experiment::Traceable;
+use crate::report::experiment::{Traceable, Traversal};
 use crate::scene::tables::Tables;
 use crate::scene::{self, Scene, builtin, procedural};
 use crate::statistics::{CONFIDENCE, Estimate, student_t};
@@ -40,7 +40,11 @@ impl Case {
     }
 
     fn source(&self) -> Traceable<'_> {
-        Traceable { bvh: &self.bvh, children: &self.children, rays: &self.rays, query: self.kind.query() }
+        Traceable {
+            traversal: Traversal::Scene(&self.bvh, self.kind.query()),
+            children: &self.children,
+            rays: &self.rays,
+        }
     }
 }
 

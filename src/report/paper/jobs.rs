@@ -14,7 +14,7 @@ use crate::fermi::result::{Fidelity, Prediction};
 use crate::fermi::simt::LANES;
 use crate::layout::Ray;
 use crate::render::rays::Batch;
-use crate::report::experiment::{Migrate, Recorded, Traceable};
+use crate::report::experiment::{Migrate, Recorded, Traceable, Traversal};
 use crate::trace::steps::record_steps;
 use crate::trace::{StepTrace, Strategy};
 
@@ -139,7 +139,8 @@ impl<'a> Traced<'a> {
         model.machine.sms = job.sms.unwrap_or(model.machine.sms);
         let query = batch.kind.query();
         if let (None, Some(sampling)) = (job.migrate, request.sampling) {
-            let rays = Traceable { bvh: &subject.bvh, children: &subject.children, rays, query };
+            let rays =
+                Traceable { traversal: Traversal::Scene(&subject.bvh, query), children: &subject.children, rays };
             return model.sampled(&rays, &sampling);
         }
         if request.sampling.is_some() {
@@ -149,7 +150,7 @@ impl<'a> Traced<'a> {
         let recorded = Recorded { trace, children: &subject.children, triangles: subject.bvh.references() };
         match job.migrate {
             None => model.whole(&recorded, Strategy::Direct),
-            Some(migrate) => model.migrated(&recorded, &subject.bvh, &migrate),
+            Some(migrate) => model.migrated(&recorded, subject.bvh.hierarchy(), &migrate),
         }
     }
 }

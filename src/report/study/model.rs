@@ -8,7 +8,7 @@ use crate::fermi::result::Fidelity;
 use crate::fermi::sampled;
 use crate::render::rays::RayKind;
 use crate::report::chart;
-use crate::report::experiment::{Model, Recording, Traceable};
+use crate::report::experiment::{Model, Recording, Traceable, Traversal};
 use crate::report::reference;
 use crate::trace::{Ray, Strategy};
 use crate::{Error, Result};
@@ -80,7 +80,7 @@ pub fn predict(model: &Model, recording: &Recording, recorded_in: f64) -> Result
 pub fn sample(model: &Model, subject: &Subject, (rays, kind): (&[Ray], RayKind), tolerance: f64) -> Result<Outcome> {
     let start = ProcessTime::now();
     let children: Vec<[u32; 2]> = subject.bvh.nodes.iter().map(|node| node.child).collect();
-    let rays = Traceable { bvh: &subject.bvh, children: &children, rays, query: kind.query() };
+    let rays = Traceable { traversal: Traversal::Scene(&subject.bvh, kind.query()), children: &children, rays };
     let prediction = model.sampled(&rays, &sampled::Request { tolerance, time_limit: None, seed: SEED })?;
     Ok(Outcome {
         method: format!("{} {tolerance}", name(Fidelity::Sampled)),

@@ -66,7 +66,8 @@ impl Subject {
         let start = ProcessTime::now();
         let (_, trace) = record_steps(&self.bvh, rays, kind.query());
         let children = self.bvh.nodes.iter().map(|node| node.child).collect();
-        let recording = Recording { trace, children, triangles: self.bvh.references(), bvh: None };
+        let recording =
+            Recording { trace, children, triangles: self.bvh.references(), nodes: Vec::new(), bounds: self.bvh.bounds };
         (recording, start.elapsed().as_secs_f64())
     }
 }

@@ -13,6 +13,7 @@
 //! child 0, of child 1) and two i32 children: an index, or the complement of `first << 4 | count` of a leaf. A
 //! triangle holds f32 corner, i32 primitive, f32 edge, 0, f32 edge, 0.
 
+mod cut;
 mod read;
 mod walk;
 

@@ -1,8 +1,11 @@
 use std::path::PathBuf;
 
 use super::*;
-use crate::layout::Ray;
-use crate::shared::{NO_HIT, STEP_PUSHED};
+use crate::bvh::partition::Hierarchy;
+use crate::bvh::{Bvh, Owners, Partition, Policy, Quality};
+use crate::layout::{Ray, Triangle};
+use crate::scene::procedural;
+use crate::shared::{LEAF_FIRST_MASK, NO_HIT, STEP_PUSHED};
 
 /// Two unit squares at z = 1 and z = 2 under one node, as bytes of a `.bvh`.
 fn words() -> Vec<u32> {
@@ -100,4 +103,65 @@ fn rays_and_hits_are_whole_and_in_range() {
     let error = read_hits(&hits, 4).expect_err("out of range");
     assert!(error.to_string().contains("hit 1: primitive 4 of 4"), "{error}");
     assert!(matches!(read_hits(&folder.path().join("none"), 4), Err(crate::Error::Io { .. })));
+}
+
+/// A scene's tree as another program would have written it, with its nodes in another order: `places[i]` is where node
+/// `i` went.
+fn exchanged(bvh: &Bvh, places: &[u32]) -> Tree {
+    let n = bvh.nodes.len();
+    let mut tree = Tree { planes: vec![[0.0; 12]; n], children: vec![[0; 2]; n], triangles: Vec::new() };
+    for (node, &place) in bvh.nodes.iter().zip(places) {
+        let ([x0, x1, x2, x3], [y0, y1, y2, y3], [z0, z1, z2, z3]) = (node.x, node.y, node.z);
+        tree.planes[place as usize] = [x0, x1, y0, y1, x2, x3, y2, y3, z0, z1, z2, z3];
+        let moved = |link: u32| if link & LEAF_BIT == 0 { places[link as usize] } else { link };
+        tree.children[place as usize] = node.child.map(moved);
+    }
+    let triangle = |t: &Triangle| EdgeTriangle { corner: t.v0, edges: [t.v1, t.v2], prim: t.prim };
+    tree.triangles = bvh.triangles.iter().map(triangle).collect();
+    tree
+}
+
+#[test]
+fn an_exchanged_tree_is_cut_as_the_scene_s_whatever_the_order_of_its_nodes() {
+    let bvh = Bvh::build(&procedural::build("room", 4_000, 1).unwrap().positions, Quality::default()).unwrap();
+    let n = bvh.nodes.len() as u32;
+    let same: Vec<u32> = (0..n).collect();
+    let (nodes, bounds) = exchanged(&bvh, &same).nodes();
+    assert_eq!((nodes, bounds), (bvh.nodes.clone(), bvh.bounds));
+    // The root stays, the last node comes first.
+    let turned: Vec<u32> = (0..n).map(|i| (n - i) % n).collect();
+    let tree = exchanged(&bvh, &turned);
+    assert_eq!(tree.check_leaves(), Ok(()));
+    let (nodes, bounds) = tree.nodes();
+    for policy in ["level:8", "bytes:8KiB", "sah:8KiB"] {
+        let policy: Policy = policy.parse().unwrap();
+        let expected = Partition::new(&bvh, policy, Owners::Adjacent, 15).unwrap();
+        let found = Partition::of(Hierarchy { nodes: &nodes, bounds }, policy, Owners::Adjacent, 15).unwrap();
+        let root = |link: u32| if link & LEAF_BIT == 0 { turned[link as usize] } else { link };
+        assert!(expected.subtrees.len() > 15);
+        let roots = |partition: &Partition, root: &dyn Fn(u32) -> u32| -> Vec<(u32, u32)> {
+            partition.subtrees.iter().map(|subtree| (root(subtree.root), subtree.owner)).collect()
+        };
+        assert_eq!(roots(&expected, &root), roots(&found, &|link| link));
+        assert_eq!(found.top_places, expected.top_places.iter().map(|&node| turned[node as usize]).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn leaves_that_subtrees_cannot_be_cut_at_are_named() {
+    let bvh = Bvh::build(&procedural::build("room", 4_000, 1).unwrap().positions, Quality::default()).unwrap();
+    let places: Vec<u32> = (0..bvh.nodes.len() as u32).collect();
+    let tree = exchanged(&bvh, &places);
+    let deep =
+        (0..tree.children.len()).rev().find(|&i| tree.children[i].iter().all(|link| link & LEAF_BIT != 0)).unwrap();
+    let with = |link: u32| {
+        let mut tree = tree.clone();
+        tree.children[deep][0] = link;
+        tree.check_leaves().unwrap_err()
+    };
+    assert_eq!(with(leaf(0, 0)), (deep, "has an empty leaf".to_owned()));
+    assert_eq!(
+        with(tree.children[deep][1]),
+        (deep, format!("triangle {} is in a second leaf", tree.children[deep][1] & LEAF_FIRST_MASK))
+    );
 }
