@@ -9,6 +9,7 @@ use super::input::{Prepared, SceneArguments};
 use super::{output, tolerance};
 use crate::atomic_file::check_writable;
 use crate::bvh::{Owners, Policy};
+use crate::fermi::kernel::Loops;
 use crate::fermi::plan::Grouping;
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
 use crate::fermi::sampled::{self, Skipped};
@@ -21,7 +22,6 @@ use crate::report::search;
 use crate::report::sweep::Sweep;
 use crate::report::{model, reference};
 use crate::trace::exchange::{Tree, read_rays, read_tree, record_reference};
-use crate::trace::steps::record_steps;
 use crate::trace::{Ray, Strategy};
 use crate::{Error, Result, scene};
 
@@ -228,7 +228,7 @@ impl Model {
 
     fn record(&self) -> Result<Recording> {
         // What cannot be predicted is refused before anything is traced.
-        experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
+        let model = experiment::Model::new(&self.machine, &self.kernel, &self.settings, self.fidelity)?;
         if let (Some(bvh), Some(rays)) = (&self.bvh, &self.ray_file) {
             let tree = self.tree(bvh)?;
             let (_, trace) = record_reference(&tree, &read_rays(rays)?);
@@ -236,8 +236,11 @@ impl Model {
             return Ok(Recording { trace, children: tree.children, triangles: tree.triangles.len(), nodes, bounds });
         }
         let (prepared, rays) = self.rays()?;
-        let (_, trace) = record_steps(&prepared.bvh, &rays, self.rays.query());
         let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
+        let traversal = Traversal::Scene(&prepared.bvh, self.rays.query());
+        // Queues mix the rays of warps, so that none goes on while another's leaf waits.
+        let loops = if self.cuts() { Loops::WhileWhile } else { model.kernel.loops };
+        let trace = Traceable { traversal, children: &children, rays: &rays }.record(loops);
         let (triangles, bounds) = (prepared.bvh.references(), prepared.bvh.bounds);
         Ok(Recording { trace, children, triangles, nodes: prepared.bvh.nodes, bounds })
     }

@@ -218,7 +218,7 @@ mod tests {
             Traceable { traversal: Traversal::Scene(&bvh, RayKind::Primary.query()), children: &children, rays: &rays };
         let machine = Machine::named("gtx480", &["l1.kib=48".to_owned()]).unwrap();
         let kernel = Kernel::named("while-while", &[]).unwrap();
-        let trace = source.record();
+        let trace = source.record(kernel.loops);
         let workload = Workload { trace: &trace, children: &children, triangles, cut: None };
         let launches =
             [Launch { kernel: &kernel, workload, work: Work::Rays, virtual_caches: false, stage: Stage::Traverse }];

@@ -19,6 +19,7 @@ use crate::fermi::result::{Accounting, Fidelity, Prediction};
 use crate::fermi::sampled::{self, Request, Skipped};
 use crate::layout::{Node, Ray, Triangle};
 use crate::trace::exchange::{Tree, record_reference};
+use crate::trace::speculative::record_speculative;
 use crate::trace::steps::record_steps;
 use crate::trace::{Query, StepTrace, Strategy};
 use crate::{Error, Result};
@@ -93,9 +94,12 @@ pub struct Traceable<'a> {
 }
 
 impl Traceable<'_> {
-    /// Steps of all rays.
-    pub fn record(&self) -> StepTrace {
+    /// Steps of all rays in a kernel with these loops.
+    pub fn record(&self, loops: Loops) -> StepTrace {
         match self.traversal {
+            Traversal::Scene(bvh, query) if loops == Loops::SpeculativeWhileWhile => {
+                record_speculative(bvh, self.rays, query).1
+            }
             Traversal::Scene(bvh, query) => record_steps(bvh, self.rays, query).1,
             Traversal::Exchanged(tree) => record_reference(tree, self.rays).1,
         }
@@ -237,7 +241,7 @@ impl Model {
     /// [`crate::Error::Usage`] if the kernel does not fit the machine.
     pub fn sampled(&self, rays: &Traceable, request: &Request) -> Result<Prediction> {
         let start = Instant::now();
-        let trace = rays.record();
+        let trace = rays.record(self.kernel.loops);
         let seconds = start.elapsed().as_secs_f64();
         let launch = self.launch(rays.workload(&trace), Work::Rays, false);
         match needs::predict(&self.machine, &launch, seconds, request)? {

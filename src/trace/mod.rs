@@ -7,6 +7,7 @@ pub mod geometry;
 mod migrator;
 pub mod options;
 mod queues;
+pub mod speculative;
 pub mod step_sample;
 pub mod steps;
 pub mod stream;

@@ -63,8 +63,32 @@ impl StepTrace {
                 .collect();
             (hits, ends, steps)
         };
-        let parts: Vec<_> = rays.par_chunks(CHUNK).map(part).collect();
-        let (mut all_hits, mut all) = (Vec::with_capacity(rays.len()), StepTrace { starts: vec![0], steps: vec![] });
+        StepTrace::joined(rays.par_chunks(CHUNK).map(part).collect())
+    }
+
+    /// Records each `size` rays together by `trace`, which returns what it found and the steps of each; in parallel,
+    /// in the order of `rays`.
+    pub fn record_groups<H: Send>(
+        rays: &[Ray],
+        size: usize,
+        trace: impl Fn(&[Ray]) -> Vec<(H, Vec<u32>)> + Sync,
+    ) -> (Vec<H>, StepTrace) {
+        let group = |rays: &[Ray]| {
+            let (mut hits, mut ends, mut steps) = (Vec::new(), Vec::new(), Vec::new());
+            for (hit, more) in trace(rays) {
+                hits.push(hit);
+                steps.extend(more);
+                ends.push(steps.len() as u64);
+            }
+            (hits, ends, steps)
+        };
+        StepTrace::joined(rays.par_chunks(size).map(group).collect())
+    }
+
+    /// Parts one behind the other: what was found, where each ray's steps end within the part, and the steps.
+    fn joined<H>(parts: Vec<(Vec<H>, Vec<u64>, Vec<u32>)>) -> (Vec<H>, StepTrace) {
+        let rays: usize = parts.iter().map(|(hits, ..)| hits.len()).sum();
+        let (mut all_hits, mut all) = (Vec::with_capacity(rays), StepTrace { starts: vec![0], steps: vec![] });
         for (hits, ends, steps) in parts {
             let base = all.steps.len() as u64;
             all.starts.extend(ends.into_iter().map(|end| base + end));

@@ -26,8 +26,16 @@ impl Cursor {
         Cursor { link, stack: [0; STACK_SIZE as usize], depth: 0 }
     }
 
+    /// Puts `link` off.
     #[inline(always)]
-    fn pop<S: StepSink>(&mut self, counters: &mut RayCounters) -> u32 {
+    pub fn push(&mut self, link: u32) {
+        self.stack[self.depth] = link;
+        self.depth += 1;
+    }
+
+    /// The link put off last, or [`LINK_DONE`].
+    #[inline(always)]
+    pub fn pop<S: StepSink>(&mut self, counters: &mut RayCounters) -> u32 {
         if self.depth == 0 {
             return LINK_DONE;
         }
@@ -176,8 +184,7 @@ pub fn traverse<const ANY_HIT: bool, S: StepSink>(
             if far != LINK_DONE {
                 sink.step(cursor.link | STEP_PUSHED);
                 counters.stack_operations += u32::from(S::COUNTS);
-                cursor.stack[cursor.depth] = far;
-                cursor.depth += 1;
+                cursor.push(far);
             } else {
                 sink.step(cursor.link);
             }

@@ -70,12 +70,12 @@ fn launch<'a>(kernel: &'a Kernel, workload: Workload<'a>) -> Launch<'a> {
 }
 
 fn truth(machine: &Machine, kernel: &Kernel, case: &Case) -> Prediction {
-    let (source, trace) = (case.source(), case.source().record());
+    let (source, trace) = (case.source(), case.source().record(kernel.loops));
     full(machine, &launch(kernel, source.workload(&trace)), &request(1.0, 1), Spent::default()).unwrap()
 }
 
 fn sampled(machine: &Machine, kernel: &Kernel, case: &Case, request: &Request) -> Prediction {
-    let (source, trace) = (case.source(), case.source().record());
+    let (source, trace) = (case.source(), case.source().record(kernel.loops));
     predict(machine, &launch(kernel, source.workload(&trace)), 0.0, request).unwrap()
 }
 
@@ -100,7 +100,7 @@ fn intervals_hold_the_full_replay() {
             let truth = truth(&machine, &kernel, &case);
             let truth = [truth.cycles as f64, truth.l1.miss_rate, truth.l2.miss_rate];
             let (mut bias, mut half) = ([0.0; 3], [0.0; 3]);
-            let (source, trace) = (case.source(), case.source().record());
+            let (source, trace) = (case.source(), case.source().record(kernel.loops));
             let launch = launch(&kernel, source.workload(&trace));
             let work = work::of(&machine, &launch);
             let wave = launch.slots(launchable(&machine, &launch).unwrap().blocks) * machine.sms as usize;

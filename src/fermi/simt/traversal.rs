@@ -83,8 +83,9 @@ impl Warp<'_> {
     }
 
     /// Lanes that have come to their first leaf put it off and take the next node from the stack; the loop ends
-    /// when every lane has a leaf (Aila and Laine 2009, section 3.2). The steps are those of a traversal that
-    /// tests each leaf at once, so nodes visited in vain because a leaf waits are not among them.
+    /// when every lane has a leaf (Aila and Laine 2009, section 3.2). Steps as of
+    /// [`crate::trace::speculative`] have the nodes that are visited in vain because a leaf waits; those of a traversal
+    /// that tests each leaf at once have not.
     fn speculate(&mut self, batch: &mut Batch, inside: u32) {
         let found = inside & self.lanes_where(|lane| lane.at_leaf() && lane.postponed.is_none());
         if found != 0 {

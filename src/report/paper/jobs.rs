@@ -15,7 +15,6 @@ use crate::fermi::simt::LANES;
 use crate::layout::Ray;
 use crate::render::rays::Batch;
 use crate::report::experiment::{Migrate, Recorded, Traceable, Traversal};
-use crate::trace::steps::record_steps;
 use crate::trace::{StepTrace, Strategy};
 
 /// A run to be predicted.
@@ -138,15 +137,14 @@ impl<'a> Traced<'a> {
         let mut model = request.model.clone();
         model.machine.sms = job.sms.unwrap_or(model.machine.sms);
         let query = batch.kind.query();
+        let rays = Traceable { traversal: Traversal::Scene(&subject.bvh, query), children: &subject.children, rays };
         if let (None, Some(sampling)) = (job.migrate, request.sampling) {
-            let rays =
-                Traceable { traversal: Traversal::Scene(&subject.bvh, query), children: &subject.children, rays };
             return model.sampled(&rays, &sampling);
         }
         if request.sampling.is_some() {
             model.fidelity = Fidelity::Caches;
         }
-        let trace = trace.get_or_init(|| record_steps(&subject.bvh, rays, query).1);
+        let trace = trace.get_or_init(|| rays.record(model.kernel.loops));
         let recorded = Recorded { trace, children: &subject.children, triangles: subject.bvh.references() };
         match job.migrate {
             None => model.whole(&recorded, Strategy::Direct),
