@@ -86,7 +86,7 @@ fn bad_usage_is_exit_code_2_and_writes_nothing() {
     caribou(&["bench", "--twin", "--dump-rays", &out]).code(2).stderr(contains("--rays"));
     caribou(&["bench", "--twin", "--step-trace", &out]).code(2).stderr(contains("--rays"));
     caribou(&["bench", "--twin", "--trace-rays", "5"]).code(2).stderr(contains("--step-trace"));
-    caribou(&["bench", "--kernels", "/nowhere"]).code(2).stderr(contains("/nowhere"));
+    caribou(&["bench", "--kernels", "/nowhere"]).code(2).stderr(contains("no kernels in /nowhere"));
     caribou(&["info", "builtin:cornell", "--partition", "level:99"]).code(2).stderr(contains("from 0 to 63"));
     caribou(&["info", "builtin:cornell", "--partition", "level:2", "--sms", "0"]).code(2).stderr(contains("1 to 1024"));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);

@@ -20,7 +20,7 @@ use crate::vulkan::{DeviceInfo, Gpu, GpuOptions, Probe, list_devices};
 pub struct Info {
     /// A .glb or .gltf file, or builtin:NAME
     scene: Option<String>,
-    /// Time spent on the BVH: obvhs's build presets
+    /// Time spent on the BVH: obvhs's build presets; from medium on large triangles are cut into pieces
     #[arg(long, value_enum, default_value_t)]
     bvh_quality: crate::bvh::Quality,
     /// Also cut the tree and show the subtrees: level:K, bytes:N or sah:N, such as bytes:64KiB

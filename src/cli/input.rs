@@ -13,7 +13,7 @@ use crate::scene::tables::Tables;
 use crate::scene::{self, Scene, builtin};
 use crate::trace::MachineOptions;
 use crate::vulkan::{Gpu, GpuOptions};
-use crate::{Error, Result};
+use crate::Result;
 
 /// The scene and how its BVH is built.
 #[derive(Args)]
@@ -24,7 +24,7 @@ pub struct SceneArguments {
     /// Camera of the scene by name or number; without any, one that frames the scene
     #[arg(long, value_name = "NAME|INDEX")]
     pub camera: Option<String>,
-    /// Time spent on the BVH: obvhs's build presets
+    /// Time spent on the BVH: obvhs's build presets; from medium on large triangles are cut into pieces
     #[arg(long, value_enum, default_value_t)]
     pub bvh_quality: Quality,
 }
@@ -106,9 +106,6 @@ impl DeviceArguments {
         }
         let options =
             GpuOptions { device: self.device.clone(), validate: self.validate, kernels: self.kernels.clone() };
-        if let Some(folder) = self.kernels.iter().find(|folder| !folder.is_dir()) {
-            return Err(Error::usage(format!("--kernels {}", folder.display()), "name a folder of .spv files"));
-        }
         let gpu = Gpu::open(&options)?;
         if !gpu.probe().bit_identical() {
             output::warn("this driver rounds as it likes: hits may differ in their last bits from other devices");

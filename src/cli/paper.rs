@@ -66,7 +66,7 @@ pub struct Paper {
     /// Change a number of the machine or of a kernel, as in `caribou model`
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<String>,
-    /// Time spent on the BVH: obvhs's build presets
+    /// Time spent on the BVH: obvhs's build presets; from medium on large triangles are cut into pieces
     #[arg(long, value_enum, default_value_t)]
     bvh_quality: Quality,
     /// Leave out how results depend on what the paper leaves open

@@ -41,8 +41,13 @@ impl Gpu {
     ///
     /// # Errors
     /// [`crate::Error::Device`] without loader, driver, usable device or validation layer;
-    /// [`crate::Error::Usage`] for an unknown device.
+    /// [`crate::Error::Usage`] for an unknown device, or a folder without kernels.
     pub fn open(options: &GpuOptions) -> Result<Self> {
+        let without = |folder: &&PathBuf| !Kernel::ALL.iter().any(|kernel| kernel.file_in(folder).exists());
+        if let Some(folder) = options.kernels.iter().find(without) {
+            let remedy = "name a folder with a kernel's file, such as direct.spv";
+            return Err(Error::usage(format!("no kernels in {}", folder.display()), remedy));
+        }
         let instance = Instance::new(options.validate)?;
         let candidate = select::choose(select::enumerate(&instance)?, options.device.as_deref())?;
         let context = Arc::new(Context::new(instance, candidate)?);
@@ -78,7 +83,7 @@ impl Gpu {
         if let Some(pipeline) = pipelines.get(&key) {
             return Ok(pipeline.clone());
         }
-        let replaced = self.kernels.iter().map(|folder| folder.join(kernel.name()).with_extension("spv"));
+        let replaced = self.kernels.iter().map(|folder| kernel.file_in(folder));
         let code = match replaced.into_iter().find(|path| path.exists()) {
             Some(path) => std::fs::read(&path).map_err(Error::io("read", &path))?.into(),
             None => Cow::Borrowed(kernel.spirv()),

@@ -1,6 +1,8 @@
 //! The one table of kernels. To add one, put `NAME.comp` in `glsl/` and a line here; a test compares
 //! the line with the SPIR-V.
 
+use std::path::{Path, PathBuf};
+
 /// What a kernel takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interface {
@@ -31,6 +33,11 @@ macro_rules! kernels {
             /// Name of the kernel's file, without extension.
             pub const fn name(self) -> &'static str {
                 match self { $(Kernel::$variant => $file,)* }
+            }
+
+            /// Where a file that stands in for the built-in kernel would be.
+            pub fn file_in(self, folder: &Path) -> PathBuf {
+                folder.join(self.name()).with_extension("spv")
             }
 
             /// What the kernel takes.
