@@ -78,7 +78,7 @@ mod tests {
     use crate::bvh::{Bvh, Quality};
     use crate::layout::{Hit, Ray};
     use crate::scene::procedural::random::Random;
-    use crate::shared::{FAR_AWAY, NO_HIT};
+    use crate::shared::{FAR_AWAY, LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT, NO_HIT};
     use crate::twin::box_test::box_ray;
     use crate::twin::trace;
     use crate::twin::triangle::{intersect, shear_of};
@@ -176,5 +176,24 @@ mod tests {
             }
             assert_eq!(bytemuck::bytes_of(&trace::finished::<false>(closest)), bytemuck::bytes_of(hit), "{ray:?}");
         }
+    }
+
+    #[test]
+    fn validation_finds_a_piece_that_is_in_no_leaf() {
+        let positions = mixed(0.0, 1.0);
+        let good = Bvh::build(&positions, Quality::Medium).unwrap();
+        assert_eq!(good.validate(&positions), Ok(()));
+        let is_cut = |triangle: &crate::layout::Triangle| triangle.prim as usize >= 1_000;
+        let holds_piece = |link: u32| {
+            let (first, count) = (link & LEAF_FIRST_MASK, link >> LEAF_COUNT_SHIFT & LEAF_COUNT_MASK);
+            link & LEAF_BIT != 0 && good.triangles[first as usize..(first + count) as usize].iter().any(is_cut)
+        };
+        let found = good.nodes.iter().position(|node| holds_piece(node.child[0])).unwrap();
+        let mut bvh = good.clone();
+        bvh.nodes[found].child[0] = LEAF_BIT;
+        assert!(bvh.validate(&positions).is_err());
+        let mut bvh = good.clone();
+        bvh.nodes[found].x[1] = bvh.nodes[found].x[0];
+        assert!(bvh.validate(&positions).unwrap_err().contains("in no leaf's box"));
     }
 }

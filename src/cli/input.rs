@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::Args;
 
 use super::output;
+use crate::Result;
 use crate::bvh::{Bvh, Owners, Policy, Quality};
 use crate::render::features::{Features, Indirect};
 use crate::render::settings::Settings;
@@ -13,7 +14,6 @@ use crate::scene::tables::Tables;
 use crate::scene::{self, Scene, builtin};
 use crate::trace::MachineOptions;
 use crate::vulkan::{Gpu, GpuOptions};
-use crate::Result;
 
 /// The scene and how its BVH is built.
 #[derive(Args)]
