@@ -35,15 +35,21 @@ impl Pieces {
     /// Large triangles cut. There are less than twice as many pieces as triangles: a triangle is cut while its
     /// pieces' areas are above three times the mean and a cut takes a third of the area away.
     pub fn cut(positions: &[[Vec3; 3]]) -> Pieces {
+        let Pieces { mut boxes, prims } = Pieces::cut_as_computed(positions);
+        if boxes.len() > LEAF_FIRST_MASK as usize {
+            return Pieces::whole(positions);
+        }
+        boxes.par_iter_mut().zip(&prims).for_each(|(aabb, &prim)| *aabb = safe(aabb, &positions[prim as usize]));
+        Pieces { boxes, prims }
+    }
+
+    /// The same with boxes that may be too small by [`CUT_ERROR`].
+    fn cut_as_computed(positions: &[[Vec3; 3]]) -> Pieces {
         let Pieces { mut boxes, mut prims } = Pieces::whole(positions);
         let triangles: Vec<Triangle> = positions.par_iter().map(to_cut).collect();
         let areas = || boxes.par_iter().map(|aabb| f64::from(aabb.half_area()));
         let (mean, largest) = (areas().sum::<f64>() / boxes.len() as f64, areas().reduce(|| 0.0, f64::max));
         split_aabbs_preset(&mut boxes, &mut prims, &triangles, mean as f32, largest as f32);
-        if boxes.len() > LEAF_FIRST_MASK as usize {
-            return Pieces::whole(positions);
-        }
-        boxes.par_iter_mut().zip(&prims).for_each(|(aabb, &prim)| *aabb = safe(aabb, &positions[prim as usize]));
         Pieces { boxes, prims }
     }
 
@@ -126,7 +132,7 @@ mod tests {
             pieces.prims.iter().enumerate().for_each(|(piece, &prim)| of[prim as usize].push(piece));
             let cut = of.iter().filter(|pieces| pieces.len() > 1).count();
             assert!(cut > 5 && pieces.prims.len() < 2 * positions.len(), "{cut} cut at {offset}, {scale}");
-            let naive = naive_boxes(&positions);
+            let naive = Pieces::cut_as_computed(&positions).boxes;
             for (triangle, of) in positions.iter().zip(&of) {
                 let boxes: Vec<&Aabb> = of.iter().map(|&piece| &pieces.boxes[piece]).collect();
                 assert_eq!(outside(&boxes, triangle), 0, "{triangle:?} of {} pieces", of.len());
@@ -136,22 +142,6 @@ mod tests {
         }
         println!("{uncovered_without_growth} points in no box that has not grown");
         assert!(uncovered_without_growth > 0);
-    }
-
-    /// The same pieces with obvhs's boxes as they are.
-    fn naive_boxes(positions: &[[Vec3; 3]]) -> Vec<Aabb> {
-        let Pieces { mut boxes, mut prims } = Pieces::whole(positions);
-        let triangles: Vec<Triangle> = positions.iter().map(to_cut).collect();
-        let areas: Vec<f64> = boxes.iter().map(|aabb| f64::from(aabb.half_area())).collect();
-        let mean = areas.iter().sum::<f64>() / areas.len() as f64;
-        split_aabbs_preset(
-            &mut boxes,
-            &mut prims,
-            &triangles,
-            mean as f32,
-            areas.into_iter().fold(0.0, f64::max) as f32,
-        );
-        boxes
     }
 
     /// Rays at and around points of cut triangles hit what a test of every triangle finds, bit for bit.
