@@ -9,7 +9,6 @@ use super::input::{Prepared, SceneArguments};
 use super::{output, tolerance};
 use crate::atomic_file::check_writable;
 use crate::bvh::{Owners, Policy};
-use crate::fermi::kernel::Loops;
 use crate::fermi::plan::Grouping;
 use crate::fermi::result::{Accounting, Fidelity, Prediction};
 use crate::fermi::sampled::{self, Skipped};
@@ -238,9 +237,7 @@ impl Model {
         let (prepared, rays) = self.rays()?;
         let children: Vec<[u32; 2]> = prepared.bvh.nodes.iter().map(|node| node.child).collect();
         let traversal = Traversal::Scene(&prepared.bvh, self.rays.query());
-        // Queues mix the rays of warps, so that none goes on while another's leaf waits.
-        let loops = if self.cuts() { Loops::WhileWhile } else { model.kernel.loops };
-        let trace = Traceable { traversal, children: &children, rays: &rays }.record(loops);
+        let trace = Traceable { traversal, children: &children, rays: &rays }.record(model.loops(self.cuts()));
         let (triangles, bounds) = (prepared.bvh.references(), prepared.bvh.bounds);
         Ok(Recording { trace, children, triangles, nodes: prepared.bvh.nodes, bounds })
     }

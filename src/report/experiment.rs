@@ -191,6 +191,12 @@ impl Model {
         })
     }
 
+    /// Loops that rays are recorded in. Queues mix the rays of warps, so that a migrating ray never goes on because
+    /// another's leaf waits.
+    pub fn loops(&self, migrates: bool) -> Loops {
+        if migrates { Loops::WhileWhile } else { self.kernel.loops }
+    }
+
     /// Any strategy.
     ///
     /// # Errors
@@ -241,7 +247,7 @@ impl Model {
     /// [`crate::Error::Usage`] if the kernel does not fit the machine.
     pub fn sampled(&self, rays: &Traceable, request: &Request) -> Result<Prediction> {
         let start = Instant::now();
-        let trace = rays.record(self.kernel.loops);
+        let trace = rays.record(self.loops(false));
         let seconds = start.elapsed().as_secs_f64();
         let launch = self.launch(rays.workload(&trace), Work::Rays, false);
         match needs::predict(&self.machine, &launch, seconds, request)? {

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::Request;
 use super::scenes::Subject;
 use crate::Result;
+use crate::fermi::kernel::Loops;
 use crate::fermi::result::{Fidelity, Prediction};
 use crate::fermi::simt::LANES;
 use crate::layout::Ray;
@@ -124,16 +125,17 @@ struct Traced<'a> {
     subject: &'a Subject,
     batch: Batch,
     rays: Vec<Ray>,
-    trace: OnceLock<StepTrace>,
+    /// As rays alone take their steps, and as a speculative kernel's warps do.
+    traces: [OnceLock<StepTrace>; 2],
 }
 
 impl<'a> Traced<'a> {
     fn new(subject: &'a Subject, job: &Job) -> Traced<'a> {
-        Traced { subject, batch: job.batch, rays: subject.rays(job.size, job.batch), trace: OnceLock::new() }
+        Traced { subject, batch: job.batch, rays: subject.rays(job.size, job.batch), traces: Default::default() }
     }
 
     fn predict(&self, request: &Request, job: &Job) -> Result<Prediction> {
-        let Traced { subject, batch, rays, trace } = self;
+        let Traced { subject, batch, rays, traces } = self;
         let mut model = request.model.clone();
         model.machine.sms = job.sms.unwrap_or(model.machine.sms);
         let query = batch.kind.query();
@@ -144,7 +146,8 @@ impl<'a> Traced<'a> {
         if request.sampling.is_some() {
             model.fidelity = Fidelity::Caches;
         }
-        let trace = trace.get_or_init(|| rays.record(model.kernel.loops));
+        let loops = model.loops(job.migrate.is_some());
+        let trace = &traces[usize::from(loops == Loops::SpeculativeWhileWhile)].get_or_init(|| rays.record(loops));
         let recorded = Recorded { trace, children: &subject.children, triangles: subject.bvh.references() };
         match job.migrate {
             None => model.whole(&recorded, Strategy::Direct),
