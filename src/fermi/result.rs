@@ -31,6 +31,17 @@ impl Counts {
         self.refused += other.refused;
     }
 
+    /// `count` times as many, rounded.
+    pub(super) fn times(&self, count: f64) -> Counts {
+        let times = |n: u64| (n as f64 * count).round() as u64;
+        Counts {
+            accesses: times(self.accesses),
+            misses: times(self.misses),
+            pending_hits: times(self.pending_hits),
+            refused: times(self.refused),
+        }
+    }
+
     /// Those since it had counted `before`.
     pub fn since(&self, before: Counts) -> Counts {
         Counts {

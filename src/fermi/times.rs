@@ -28,6 +28,13 @@ pub struct Load {
     pub l2: Counts,
 }
 
+impl Load {
+    /// That of `count` times as many multiprocessors that do the like.
+    pub(super) fn times(self, count: f64) -> Load {
+        Load { warps_in_flight: self.warps_in_flight * count, l2: self.l2.times(count), ..self }
+    }
+}
+
 /// A load reads one operand, its address.
 pub const ADDRESS: f64 = 1.0;
 

@@ -8,7 +8,7 @@ mod student;
 
 pub use clusters::{bootstrap_t, student_t};
 pub use proportional::Design;
-pub use regression::regression;
+pub use regression::{Line, regression};
 pub use student::quantile;
 
 /// The usual confidence.
@@ -27,6 +27,22 @@ impl Estimate {
     /// Whether the interval holds `truth`.
     pub fn holds(&self, truth: f64) -> bool {
         (self.interval[0]..=self.interval[1]).contains(&truth)
+    }
+
+    /// In another unit, of which there are `factor` to one.
+    pub fn scaled(&self, factor: f64) -> Estimate {
+        Estimate { value: self.value * factor, interval: self.interval.map(|end| end * factor) }
+    }
+
+    /// With a further error whose interval is `half` wide to each side and which is independent of it.
+    pub fn widened(&self, half: f64) -> Estimate {
+        let [low, high] = self.interval.map(|end| (end - self.value).hypot(half));
+        Estimate { value: self.value, interval: [self.value - low, self.value + high] }
+    }
+
+    /// With what cannot be left out.
+    pub fn within(&self, low: f64, high: f64) -> Estimate {
+        Estimate { value: self.value.clamp(low, high), interval: self.interval.map(|end| end.clamp(low, high)) }
     }
 
     /// Half the interval's width as a part of the estimate; infinite for an estimate of 0 that is not certain.

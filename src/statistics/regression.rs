@@ -7,18 +7,38 @@ use super::{Estimate, quantile};
 /// population and this for its rest, the interval closes as the sample grows (Royall 1970). Where the known quantity
 /// does not vary the line is level. `None` for fewer than three pairs, which leave no freedom.
 pub fn regression(pairs: &[[f64; 2]], at: f64, others: f64, confidence: f64) -> Option<Estimate> {
-    let n = pairs.len() as f64;
     let freedom = (pairs.len() as u32).checked_sub(2).filter(|freedom| *freedom > 0)?;
-    let mean = |of: usize| pairs.iter().map(|pair| pair[of]).sum::<f64>() / n;
-    let (x, y) = (mean(0), mean(1));
-    let squares: f64 = pairs.iter().map(|pair| (pair[0] - x).powi(2)).sum();
-    let products: f64 = pairs.iter().map(|pair| (pair[0] - x) * (pair[1] - y)).sum();
-    let (slope, lever) = if squares > 0.0 { (products / squares, (at - x).powi(2) / squares) } else { (0.0, 0.0) };
-    let residuals: f64 = pairs.iter().map(|pair| (pair[1] - y - slope * (pair[0] - x)).powi(2)).sum();
-    let half =
-        quantile(confidence, freedom) * (residuals / f64::from(freedom) * (1.0 / n + 1.0 / others + lever)).sqrt();
-    let value = y + slope * (at - x);
+    let line = Line::through(pairs);
+    let lever = if line.squares > 0.0 { (at - line.mean[0]).powi(2) / line.squares } else { 0.0 };
+    let residuals: f64 = pairs.iter().map(|pair| (pair[1] - line.at(pair[0])).powi(2)).sum();
+    let variance = residuals / f64::from(freedom) * (1.0 / pairs.len() as f64 + 1.0 / others + lever);
+    let (value, half) = (line.at(at), quantile(confidence, freedom) * variance.sqrt());
     Some(Estimate { value, interval: [value - half, value + half] })
+}
+
+/// A line by least squares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// A point of it: the means.
+    mean: [f64; 2],
+    slope: f64,
+    /// Sum of the squared distances of the known quantity from its mean.
+    squares: f64,
+}
+
+impl Line {
+    /// Through pairs of a known quantity and a value; level where the known quantity does not vary.
+    pub fn through(pairs: &[[f64; 2]]) -> Line {
+        let mean = [0, 1].map(|of| pairs.iter().map(|pair| pair[of]).sum::<f64>() / pairs.len() as f64);
+        let squares: f64 = pairs.iter().map(|pair| (pair[0] - mean[0]).powi(2)).sum();
+        let products: f64 = pairs.iter().map(|pair| (pair[0] - mean[0]) * (pair[1] - mean[1])).sum();
+        Line { mean, slope: if squares > 0.0 { products / squares } else { 0.0 }, squares }
+    }
+
+    /// The value at a known quantity.
+    pub fn at(&self, known: f64) -> f64 {
+        self.mean[1] + self.slope * (known - self.mean[0])
+    }
 }
 
 #[cfg(test)]

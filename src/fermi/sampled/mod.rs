@@ -1,18 +1,19 @@
-//! Fidelity `sampled`: the replay of `caches` for some stretches of a launch, with an interval for the whole.
+//! Fidelity `sampled`: the replay of `caches` for some multiprocessors of a machine, with an interval for the whole.
 //!
 //! All rays are recorded, and what each block of threads costs alone follows from their steps at a small part of a
-//! replay's cost (`work`). What caches and company add to it is a factor that differs little from place to place, so few
-//! places tell it. Blocks that run at the same time share caches and issue, so what is drawn is a *stretch* of
-//! consecutive blocks, and stretches, not warps or rays, are what the interval counts as independent (`design`). The
-//! drawn stretches are replayed as one short launch, each after blocks that warm caches and fill multiprocessors
-//! (`stretch`). How long a launch takes is more than a sum, because its end waits for the longest block; so all blocks,
-//! at their cost alone times the factor where they were not measured, go through the block scheduler (`schedule`), for
+//! replay's cost (`work`). What caches and company add to it is a factor that differs little from place to place. The
+//! block scheduler gives each multiprocessor blocks from all over the launch, so one of them is a sample of it
+//! (`design`), and the blocks that it holds at a time are near each other as they are in the whole, so that its L1 does
+//! what it does there. What it shares with the others is the L2. So it is replayed twice, with an even share of the L2
+//! and with all of it; the truth lies between, where the L2 misses as often as in glimpses of the whole machine
+//! (`sample`). How long a launch takes is more than a sum, because its end waits for the longest block; so all blocks,
+//! at their cost alone times the factor where they were not replayed, go through the block scheduler (`schedule`), for
 //! the factor and for both ends of its interval (`estimate`).
 
 mod design;
 mod estimate;
+mod sample;
 mod schedule;
-mod stretch;
 mod work;
 
 #[cfg(test)]
@@ -24,7 +25,7 @@ use serde::Serialize;
 
 use self::design::Design;
 use self::estimate::Estimates;
-use self::stretch::Sample;
+use self::sample::Sample;
 use super::caches;
 use super::launch::Launch;
 use super::machine::Machine;
@@ -32,12 +33,6 @@ use super::occupancy::launchable;
 use super::result::{Accounting, Fidelity, Prediction};
 use super::times::Times;
 use crate::Result;
-
-/// Draws of the first rung of the ladder: fewer make Student's t too wide to be of use.
-const FIRST_DRAWS: usize = 8;
-
-/// Passes of a full replay: one without queues, one with those that it finds.
-const FULL_PASSES: usize = 2;
 
 /// What is asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +65,7 @@ pub struct Effort {
     pub met: bool,
     /// Interval of cycles.
     pub interval: [f64; 2],
-    /// Warps replayed, those that only warm caches among them.
+    /// Warps replayed.
     pub sampled_warps: usize,
     /// Warps of the launch.
     pub warps: usize,
@@ -106,33 +101,37 @@ fn timed<T>(seconds: &mut f64, work: impl FnOnce() -> T) -> T {
     result
 }
 
-/// Predicts a launch with a thread a ray, by no more stretches than the tolerance needs. Its rays were traced and
+/// Predicts a launch with a thread a ray, by no more multiprocessors than the tolerance needs. Its rays were traced and
 /// recorded in `recording` seconds.
 ///
 /// # Errors
 /// [`crate::Error::Usage`] if no block fits a multiprocessor.
 pub fn predict(machine: &Machine, launch: &Launch, recording: f64, request: &Request) -> Result<Prediction> {
     let mut spent = Spent { recording, ..Spent::default() };
-    let wave = launch.slots(launchable(machine, launch)?.blocks) * machine.sms as usize;
+    let slots = launch.slots(launchable(machine, launch)?.blocks);
     let work = timed(&mut spent.estimate, || work::of(machine, launch));
-    let design = Design::new(work, wave, request.seed);
+    let design = Design::new(work, (machine.sms as usize, slots), request.seed);
     let mut sample = Sample::default();
-    let mut draws = FIRST_DRAWS;
-    while draws <= design.most_draws() {
-        sample.extend(machine, launch, (&design, draws), &mut spent)?;
+    let mut sms = 1;
+    while sms <= design.most_sms() {
+        timed(&mut spent.replay, || sample.extend(machine, launch, &design, sms))?;
         let estimates = timed(&mut spent.estimate, || Estimates::new(&design, &sample));
         let Some(estimates) = estimates else { break };
         let reached = estimates.cycles.relative_error();
-        // The interval shrinks with the root of the draws (Cochran 1977, section 4.4): if more would be needed than
-        // cost less than a pass, the full replay comes next.
-        let enough = draws as f64 * (reached / request.tolerance).powi(2);
-        let next = if enough <= design.most_draws() as f64 { draws + draws / 2 } else { usize::MAX };
-        let blocks = if next <= design.most_draws() { sample.replayed / 2 } else { FULL_PASSES * design.blocks() };
-        let seconds = spent.total() + spent.replay / sample.replayed as f64 * blocks as f64;
+        // The interval shrinks with the root of the sample (Cochran 1977, section 4.4): if more would be needed than
+        // cost less than a full replay, that comes next.
+        let enough = sms as f64 * (reached / request.tolerance).powi(2);
+        let next = if enough <= design.most_sms() as f64 { (sms + 1).max(enough.ceil() as usize) } else { usize::MAX };
+        let more = if next <= design.most_sms() {
+            spent.replay / sms as f64 * (next - sms) as f64
+        } else {
+            sample.full(machine)
+        };
+        let seconds = spent.total() + more;
         if reached <= request.tolerance || request.time_limit.is_some_and(|limit| seconds > limit) {
             return answer(machine, launch, request, (&design, &sample, &estimates), spent);
         }
-        draws = next;
+        sms = next;
     }
     full(machine, launch, request, spent)
 }
@@ -150,20 +149,18 @@ fn answer(
     let parts = [caches::part(machine, launch, times, &estimates.outcome)?];
     let prediction = Prediction::of(machine, &launches, &parts, (Fidelity::Sampled, Accounting::Full));
     let reached = estimates.cycles.relative_error();
-    let share = 100.0 * sample.blocks as f64 / design.blocks() as f64;
-    let why = format!("{share:.1} % of the blocks tell enough");
-    let full = spent.recording + spent.replay / sample.replayed as f64 * (FULL_PASSES * design.blocks()) as f64;
+    let why = format!("{} of {} multiprocessors tell enough", sample.runs.len(), design.sms);
     let effort = Effort {
         asked: request.tolerance,
         reached,
         met: reached <= request.tolerance,
         interval: estimates.cycles.interval,
-        sampled_warps: sample.warps(launch),
+        sampled_warps: sample.runs.iter().flat_map(|run| &run.blocks).map(|&block| launch.warps_of(block)).sum(),
         warps: launch.rays().div_ceil(super::simt::LANES),
-        skipped: vec![Skipped { what: "replay of the other blocks", why }],
+        skipped: vec![Skipped { what: "replay of the other multiprocessors", why }],
         seconds_recording: spent.recording,
         seconds_model: spent.estimate + spent.replay,
-        saving_estimated: full / spent.total(),
+        saving_estimated: (spent.recording + sample.full(machine)) / spent.total(),
     };
     Ok(prediction.sampled([estimates.cycles, estimates.l1, estimates.l2].map(|e| e.interval), effort))
 }
