@@ -230,7 +230,7 @@ fn the_model_prints_a_table_or_json_and_refuses_what_cannot_be() {
         caribou(&[&small[..], &["--tolerance", "0.1", option, value]].concat()).code(2).stderr(contains("sampled"));
     }
     caribou(&[&small[..], &["--tolerance", "0.1"]].concat()).code(0).stdout(contains("95 % interval"));
-    let hurried = ["model", "--set", "sms=1", "--tolerance", "0.0001", "--time-limit", "0.000001"];
+    let hurried = ["model", "--tolerance", "0.0001", "--time-limit", "0.000001"];
     caribou(&hurried).code(1).stdout(contains("95 % interval")).stderr(contains("time limit"));
     caribou(&["model", "--bvh", "a.bvh"]).code(2).stderr(contains("--ray-file"));
     caribou(&["model", "--bvh", "none.bvh", "--ray-file", "none.rays"]).code(2).stderr(contains("none.bvh"));

@@ -100,6 +100,11 @@ const WARM_UP: u64 = 1;
 /// Fillings of the L2 that a glimpse counts.
 const COUNTED: u64 = 2;
 
+/// Misses of the L2 in a glimpse.
+pub(super) fn misses_of_glimpse(machine: &Machine) -> u64 {
+    (WARM_UP + COUNTED) * SecondLevel::new(machine, None).lines()
+}
+
 /// Accesses of the L2, and those of them for lines of the tree, during a short while in the middle of `launch`: from when
 /// the first of `blocks` have run for so many cycles as `run` has, taken alone, until the L2 has been filled a few times.
 /// All that follow if they end before.
@@ -119,7 +124,7 @@ pub(super) fn glimpse(
     replay.start();
     while replay.found().all.misses < WARM_UP * fillings && replay.step() {}
     let before = replay.found();
-    while replay.found().all.misses < (WARM_UP + COUNTED) * fillings && replay.step() {}
+    while replay.found().all.misses < misses_of_glimpse(machine) && replay.step() {}
     let after = replay.found();
     // A launch that fills the L2 but once or less never leaves the start behind.
     let before = if after.all.misses <= WARM_UP * fillings { Found::default() } else { before };

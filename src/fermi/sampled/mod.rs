@@ -115,6 +115,11 @@ pub fn predict(machine: &Machine, launch: &Launch, recording: f64, request: &Req
     let mut sms = 1;
     while sms <= design.most_sms() {
         timed(&mut spent.replay, || sample.extend(machine, launch, &design, sms))?;
+        let in_time = |seconds: f64| request.time_limit.is_none_or(|limit| seconds <= limit);
+        if !sample.worth_looking(machine) && in_time(spent.total() + sample.full(machine)) {
+            break;
+        }
+        timed(&mut spent.replay, || sample.look(machine, launch, &design))?;
         let estimates = timed(&mut spent.estimate, || Estimates::new(&design, &sample));
         let Some(estimates) = estimates else { break };
         let reached = estimates.cycles.relative_error();
@@ -127,8 +132,7 @@ pub fn predict(machine: &Machine, launch: &Launch, recording: f64, request: &Req
         } else {
             sample.full(machine)
         };
-        let seconds = spent.total() + more;
-        if reached <= request.tolerance || request.time_limit.is_some_and(|limit| seconds > limit) {
+        if reached <= request.tolerance || !in_time(spent.total() + more) {
             return answer(machine, launch, request, (&design, &sample, &estimates), spent);
         }
         sms = next;

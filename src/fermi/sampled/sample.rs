@@ -18,6 +18,10 @@ const FIRST_GLIMPSES: usize = 8;
 /// Glimpses with each further multiprocessor: what they tell matters less than what it does itself.
 const FURTHER_GLIMPSES: usize = 1;
 
+/// Most of a launch's misses of the L2 that glimpses may see: with what else a sample takes, a full replay of two passes
+/// costs twice as much.
+const GLIMPSED: f64 = 0.5;
+
 /// Blocks that are replayed without company: it matters at the end of the launch only.
 const BY_ITSELF: usize = 8;
 
@@ -63,10 +67,18 @@ impl Sample {
             let blocks = design.blocks_of(self.runs.len());
             self.runs.push(Run { blocks, even: even.spans, given: given.spans });
         }
-        if self.by_itself == 0.0 {
-            self.separate(machine, launch)?;
-        }
-        self.look(machine, launch, design)
+        if self.by_itself == 0.0 { self.separate(machine, launch) } else { Ok(()) }
+    }
+
+    fn wanted(&self) -> usize {
+        FIRST_GLIMPSES + FURTHER_GLIMPSES * self.runs.len().saturating_sub(1)
+    }
+
+    /// Whether the glimpses still wanted see few of the misses of the L2 that the launch has: else they cost as much.
+    pub(super) fn worth_looking(&self, machine: &Machine) -> bool {
+        let seen = (self.wanted() - self.glimpses.len()) as u64 * caches::misses_of_glimpse(machine);
+        let misses: u64 = self.runs.iter().flat_map(|run| &run.even).map(|span| span.l2.misses).sum();
+        seen as f64 <= GLIMPSED * misses as f64 / self.runs.len() as f64 * f64::from(machine.sms)
     }
 
     /// Some blocks of the first multiprocessor without the others.
@@ -81,7 +93,7 @@ impl Sample {
     }
 
     /// Glimpses where the first multiprocessor asked for most of the L2.
-    fn look(&mut self, machine: &Machine, launch: &Launch, design: &Design) -> Result<()> {
+    pub(super) fn look(&mut self, machine: &Machine, launch: &Launch, design: &Design) -> Result<()> {
         let (Some(first), Some(times)) = (self.runs.first(), self.times) else { return Ok(()) };
         let mut sum = 0.0;
         let weights: Vec<(usize, f64)> = first
@@ -93,9 +105,9 @@ impl Sample {
                 (block, sum)
             })
             .collect();
-        let wanted = FIRST_GLIMPSES + FURTHER_GLIMPSES * (self.runs.len() - 1);
         let look = |draw| caches::glimpse(machine, launch, design.glimpse(draw, &weights), times);
-        let new: Vec<[Counts; 2]> = (self.glimpses.len()..wanted).into_par_iter().map(look).collect::<Result<_>>()?;
+        let new: Vec<[Counts; 2]> =
+            (self.glimpses.len()..self.wanted()).into_par_iter().map(look).collect::<Result<_>>()?;
         self.glimpses.extend(new);
         Ok(())
     }

@@ -97,6 +97,7 @@ fn intervals_hold_the_full_replay() {
                 let design = Design::new(work.clone(), (machine.sms as usize, slots), seed);
                 let mut sample = Sample::default();
                 sample.extend(&machine, &launch, &design, 1).unwrap();
+                sample.look(&machine, &launch, &design).unwrap();
                 let e = Estimates::new(&design, &sample).unwrap();
                 for (k, (e, truth)) in [e.cycles, e.l1, e.l2].iter().zip(truth).enumerate() {
                     held[k] += usize::from(e.holds(truth));
@@ -136,10 +137,26 @@ fn a_tolerance_out_of_reach_of_samples_ends_in_the_full_replay() {
 }
 
 #[test]
+fn a_launch_that_glimpses_would_see_most_of_is_replayed_whole() {
+    let (machine, kernel) = (machine(), Kernel::named("while-while", &[]).unwrap());
+    let (name, scene) = &scenes()[0];
+    let case = Case::new(name, scene, RayKind::Primary, (256, 192));
+    let (source, trace) = (case.source(), case.source().record(kernel.loops));
+    let launch = launch(&kernel, source.workload(&trace));
+    let slots = launch.slots(launchable(&machine, &launch).unwrap().blocks);
+    let design = Design::new(work::of(&machine, &launch), (machine.sms as usize, slots), 1);
+    let mut sample = Sample::default();
+    sample.extend(&machine, &launch, &design, 1).unwrap();
+    assert!(design.most_sms() > 0 && !sample.worth_looking(&machine));
+    let loose = sampled(&machine, &kernel, &case, &request(1.0, 1));
+    assert_eq!(loose.cycles, truth(&machine, &kernel, &case).cycles);
+}
+
+#[test]
 fn a_loose_tolerance_replays_less_and_a_time_limit_stops_the_climb() {
     let (machine, kernel) = (machine(), Kernel::named("while-while", &[]).unwrap());
     let (name, scene) = &scenes()[0];
-    let case = Case::new(name, scene, RayKind::Diffuse, (384, 256));
+    let case = Case::new(name, scene, RayKind::Diffuse, (640, 480));
     let loose = sampled(&machine, &kernel, &case, &request(1.0, 1));
     let effort = loose.tolerance.unwrap();
     assert!(effort.met && effort.sampled_warps < effort.warps && effort.saving_estimated > 1.0, "{effort:?}");
