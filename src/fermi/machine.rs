@@ -426,6 +426,11 @@ impl L2 {
     pub fn sets(&self) -> u64 {
         self.slice_kib * 1024 / LINE / self.ways
     }
+
+    /// Lines of all slices.
+    pub fn lines(&self) -> u64 {
+        self.sets() * self.ways * u64::from(self.slices)
+    }
 }
 
 impl L1 {

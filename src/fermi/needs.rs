@@ -64,9 +64,8 @@ fn room(machine: &Machine, launch: &Launch) -> Result<Room> {
     let rays = launch.rays();
     let of_l2 = lines(rays * (size_of::<Ray>() + size_of::<Hit>()));
     let of_l1 = layout.tree_lines().count() as u64 + lines(rays * size_of::<Ray>()) / u64::from(machine.sms);
-    let l2 = machine.l2.sets() * machine.l2.ways * u64::from(machine.l2.slices);
     let l1 = machine.l1.sets() * machine.l1.ways;
-    Ok(Room { l1: (of_l1 <= l1).then_some(places), l2: (of_l2 <= l2).then_some(places) })
+    Ok(Room { l1: (of_l1 <= l1).then_some(places), l2: (of_l2 <= machine.l2.lines()).then_some(places) })
 }
 
 /// Levels of the tree.

@@ -102,7 +102,7 @@ const COUNTED: u64 = 2;
 
 /// Misses of the L2 in a glimpse.
 pub(super) fn misses_of_glimpse(machine: &Machine) -> u64 {
-    (WARM_UP + COUNTED) * SecondLevel::new(machine, None).lines()
+    (WARM_UP + COUNTED) * machine.l2.lines()
 }
 
 /// Accesses of the L2, and those of them for lines of the tree, during a short while in the middle of `launch`: from when
@@ -118,16 +118,16 @@ pub(super) fn glimpse(
     times: Times,
 ) -> Result<[Counts; 2]> {
     let mut l2 = SecondLevel::new(machine, None).with_tree(tree(launch), false);
-    let fillings = l2.lines();
+    let (warm, end) = (WARM_UP * machine.l2.lines(), misses_of_glimpse(machine));
     let selection = Selection { sms: 0..machine.sms as usize, blocks, run };
     let mut replay = Replay::new(machine, launch, selection, Queues::Known(times), (None, &mut l2))?;
     replay.start();
-    while replay.found().all.misses < WARM_UP * fillings && replay.step() {}
+    while replay.found().all.misses < warm && replay.step() {}
     let before = replay.found();
-    while replay.found().all.misses < misses_of_glimpse(machine) && replay.step() {}
+    while replay.found().all.misses < end && replay.step() {}
     let after = replay.found();
     // A launch that fills the L2 but once or less never leaves the start behind.
-    let before = if after.all.misses <= WARM_UP * fillings { Found::default() } else { before };
+    let before = if after.all.misses <= warm { Found::default() } else { before };
     Ok([after.all.since(before.all), after.tree.since(before.tree)])
 }
 

@@ -59,11 +59,6 @@ impl SecondLevel {
         vec![Cache::new(sets, machine.l2.ways, Mapping::Linear); machine.l2.slices as usize]
     }
 
-    /// Lines that it holds at most.
-    pub(super) fn lines(&self) -> u64 {
-        self.slices.iter().map(|slice| slice.lines() as u64).sum()
-    }
-
     /// What was asked of one with room for all lines.
     pub(super) fn demand(&self, machine: &Machine) -> Demand {
         let (addresses, sets) = (Addresses::new(machine), machine.l2.sets() as usize);
