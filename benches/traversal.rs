@@ -71,7 +71,7 @@ fn compare(kind: RayKind, scene: &Scene, bvh: &Bvh, devices: &[(String, Gpu)]) {
     ];
     for (origin, gpu) in devices {
         for (name, options) in strategies() {
-            contestants.push((name + origin, Box::new(on_device(gpu, bvh, &rays, &options))));
+            contestants.push((name + origin, Box::new(on_device(gpu, bvh, (kind, &rays), &options))));
         }
     }
     let mut seconds: Vec<Vec<f64>> = vec![Vec::new(); contestants.len()];
@@ -121,7 +121,12 @@ fn rays(kind: RayKind, scene: &Scene, bvh: &Bvh) -> Vec<Ray> {
 }
 
 /// Traces all rays on the device.
-fn on_device<'a>(gpu: &'a Gpu, bvh: &Bvh, rays: &[Ray], options: &TracerOptions) -> impl FnMut() + use<'a> {
+fn on_device<'a>(
+    gpu: &'a Gpu,
+    bvh: &Bvh,
+    (kind, rays): (RayKind, &[Ray]),
+    options: &TracerOptions,
+) -> impl FnMut() + use<'a> {
     let run = || -> caribou::Result<_> {
         let tracer = Tracer::new(gpu, bvh, options, rays.len() as u32)?;
         let hits = gpu.buffer("hits", (rays.len() * size_of::<Hit>()) as u64, Place::Device)?;
@@ -131,7 +136,13 @@ fn on_device<'a>(gpu: &'a Gpu, bvh: &Bvh, rays: &[Ray], options: &TracerOptions)
     let count = rays.len() as u32;
     move || {
         let mut stream = Stream::new(gpu);
-        let traced = tracer.trace(&mut stream, "trace", Query::Closest, &RayBuffers::new(&buffer, &hits), count);
+        let traced = tracer.trace(
+            &mut stream,
+            "trace",
+            Query::Closest,
+            &RayBuffers::new(&buffer, &hits).coherent(kind.coherent()),
+            count,
+        );
         traced.and_then(|_| stream.finish()).unwrap_or_else(|error| panic!("{error}"));
     }
 }

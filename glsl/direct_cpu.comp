@@ -2,6 +2,5 @@
 #extension GL_GOOGLE_include_directive : require
 // As direct, for the lanes of a software driver.
 #define CPU_LANES
-#define NODE_TEXELS 7
-#define TRIANGLE_TEXELS 8
+#define TREE_TEXELS 7
 #include "direct.glsl"

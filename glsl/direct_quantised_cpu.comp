@@ -3,6 +3,5 @@
 // As direct_cpu, on quantised nodes.
 #define QUANTISED
 #define CPU_LANES
-#define NODE_TEXELS 7
-#define TRIANGLE_TEXELS 8
+#define TREE_TEXELS 7
 #include "direct.glsl"

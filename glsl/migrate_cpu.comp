@@ -2,7 +2,6 @@
 #extension GL_GOOGLE_include_directive : require
 // As migrate, for the lanes of a software driver.
 #define CPU_LANES
-#define NODE_TEXELS 8
-#define TRIANGLE_TEXELS 9
-#define TOP_TEXELS 10
+#define TREE_TEXELS 8
+#define TOP_TEXELS 9
 #include "migrate.glsl"

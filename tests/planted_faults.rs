@@ -7,7 +7,7 @@ mod common;
 use caribou::layout::{Hit, RayCounters};
 use caribou::report::verify::{VIRTUAL_L1S, verify_virtual_l1};
 use caribou::trace::{MachineOptions, Query, RayBuffers, Strategy, Stream, Tracer, TracerOptions, TwinTracer};
-use caribou::vulkan::Place;
+use caribou::vulkan::{DeviceKind, Place};
 use common::faults::{Fault, gpu_with_fault};
 
 /// How a fault shows.
@@ -102,6 +102,50 @@ planted! {
         "if (stays) counted.bypasses += 1u;" => "if (stays) counted.bypasses += 0u;", Conservation;
     planted_wrong_owner: "include/migrate.glsl",
         "owner == share.sm" => "owner == (share.sm ^ 1u)", Counters;
+}
+
+/// Whether hits of lanes that take one ray after the other differ from the twin's; nothing without a software driver.
+fn check_strips(fault: Fault) -> Option<bool> {
+    let (gpu, _folder) = gpu_with_fault(&["direct_cpu"], fault)?;
+    if gpu.info().kind != DeviceKind::Cpu || gpu.probe().loop_limit.is_some() {
+        eprintln!("SKIPPED: {} has other kernels", gpu.info().name);
+        return None;
+    }
+    let (scene, options) = (caribou::scene::procedural::build("room", 4_000, 1).unwrap(), TracerOptions::default());
+    let (bvh, rays) = (common::bvh(&scene), common::rays_around(&scene, 2_000));
+    let (twin, _) = caribou::twin::trace::trace_closest(&bvh, &rays);
+    Some(common::trace_as(&gpu, &bvh, (&rays, false), Query::Closest, &options).0 != twin)
+}
+
+#[test]
+fn planted_faults_in_strips() {
+    let (strips, loops) = ("include/direct.glsl", "include/trace.glsl");
+    let faults = [
+        ("a ray that is taken twice", strips, "push.strip + taken :", "push.strip + (taken & ~1u) :"),
+        (
+            "a strip that begins early",
+            strips,
+            "gl_WorkGroupID.x * push.strip +",
+            "gl_WorkGroupID.x * (push.strip - 1u) +",
+        ),
+        (
+            "a hit that another ray keeps",
+            loops,
+            "if (!holding) {\n            end(",
+            "if (!holding) {\n            end(1u ^ ",
+        ),
+        (
+            "a lane that forgets its hit",
+            loops,
+            "if (!COHERENT) break;",
+            "if (!COHERENT) { traced.hit.prim = NO_HIT; break; }",
+        ),
+    ];
+    let no_fault = Fault { file: strips, original: "push.strip + taken :", planted: "push.strip + taken : " };
+    assert!(check_strips(no_fault).is_none_or(|differ| !differ));
+    for (what, file, original, planted) in faults {
+        assert!(check_strips(Fault { file, original, planted }).is_none_or(|differ| differ), "{what}");
+    }
 }
 
 #[test]

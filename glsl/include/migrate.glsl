@@ -80,7 +80,7 @@ void main() {
         if (!holding) {
             entry = queue[share.at];
             i = push.first + entry.ray;
-            ray = rays[i];
+            ray = load_ray(i);
             hit = hits[i];
             travel = travels[entry.ray];
             counted = NOTHING_COUNTED;

@@ -3,9 +3,9 @@
 // The record of a ray is rays[i], hits[i] and travels[i]: 32 + 16 + 16 bytes. Queues hold indices.
 #ifndef MIGRATION_GLSL
 #define MIGRATION_GLSL
+#include "ray_buffer.glsl"
 #include "top_tree.glsl"
 
-layout(set = 0, binding = 0, std430) readonly buffer Rays { Ray rays[]; };
 layout(set = 0, binding = 1, std430) buffer Hits { Hit hits[]; };
 layout(set = 0, binding = 2, std430) buffer Counters { RayCounters counters[]; };
 layout(set = 0, binding = 3, std430) buffer Travels { Travel travels[]; };

@@ -5,9 +5,15 @@
 
 layout(local_size_x = 32) in;
 
-uint take_ray() { return atomicAdd(next_ray, 1u); }
+uint take_ray() { return atomicAdd(next_ray[0], 1u); }
 
 void main() {
+#ifdef CPU_LANES
+    if (STEP_LIMIT == 0u) {
+        trace_rays();
+        return;
+    }
+#endif
     uint slot = gl_GlobalInvocationID.x;
     uint steps = 0u;
     // Each invocation first goes on with the ray that it left.

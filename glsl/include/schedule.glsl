@@ -10,7 +10,7 @@ void main() {
     if (local == 0u) batches[0] = batch_of(push.count, push.sms);
     if (local >= push.count) return;
     uint i = push.first + local;
-    Ray ray = rays[i];
+    Ray ray = load_ray(i);
     RayCounters counted = NOTHING_COUNTED;
     uvec2 trail = uvec2(0u);
     uint next = LINK_DONE;

@@ -223,4 +223,6 @@ const uint SPEC_ANY_HIT = 13u;
 const uint SPEC_RECORD = 14u;
 // Invocations a workgroup of the migration kernel.
 const uint SPEC_WORKGROUP = 15u;
+// Rays that follow each other go much the same way.
+const uint SPEC_COHERENT = 16u;
 #endif

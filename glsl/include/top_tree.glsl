@@ -33,7 +33,7 @@ uint next_subtree(Nodes top, Places places, Ray ray, BoxRay box, float t, uint l
         if (is_node(link)) {
             steps += 1u;
             above = link;
-            Node node = load_top_node(top, node_of(link));
+            Node node = load_top_node(top, link);
             links = uvec4(node.child, node.parent, node.level);
             Met met = met_children(node, box, ray.t_min, t);
             if (both_children(met)) trail |= level_bit(node.level);

@@ -71,6 +71,8 @@ shared! {
         count: u32,
         /// 1 to go on with rays that ran into the step limit.
         resume: u32,
+        /// Rays of a workgroup, with the kernels for software drivers.
+        strip: u32,
     }
 }
 

@@ -106,7 +106,7 @@ impl Stages for Cpu<'_> {
         Ok(())
     }
 
-    fn trace_closest(&mut self) -> Result<()> {
+    fn trace_closest(&mut self, _coherent: bool) -> Result<()> {
         let traced = self.timed("trace closest", |s| s.tracer.trace(Query::Closest, &s.rays))?;
         (self.hits, self.counters) = (traced.hits, traced.counters);
         Ok(())
@@ -120,7 +120,7 @@ impl Stages for Cpu<'_> {
         Ok(())
     }
 
-    fn light(&mut self, light: u32) -> Result<()> {
+    fn light(&mut self, light: u32, _coherent: bool) -> Result<()> {
         let push = StagePush { argument: light, ..self.push };
         let mut shadow_rays = vec![Ray::DEAD; self.rays.len()];
         let mut contributions = vec![Contribution::zeroed(); self.rays.len()];

@@ -128,7 +128,7 @@ impl<'g> GpuStages<'g> {
             other => unreachable!("{} is not a stage of a picture", other.name()),
         };
         let mut reached: Vec<&Buffer> = s.reached.iter().collect();
-        reached.push(&self.tracer.geometry().triangles);
+        reached.push(&self.tracer.geometry().tree);
         self.stream.dispatch(kernel.name(), pipeline, (buffers, &reached), &push, push.count)
     }
 }
@@ -188,9 +188,10 @@ impl Stages for GpuStages<'_> {
         self.run(Kernel::Generate, 0)
     }
 
-    fn trace_closest(&mut self) -> Result<()> {
+    fn trace_closest(&mut self, coherent: bool) -> Result<()> {
         let b = &self.buffers;
-        let buffers = RayBuffers { counters: self.aovs.then_some(&b.counters), ..RayBuffers::new(&b.rays, &b.hits) };
+        let counters = self.aovs.then_some(&b.counters);
+        let buffers = RayBuffers { counters, coherent, ..RayBuffers::new(&b.rays, &b.hits) };
         self.tracer.trace(&mut self.stream, "trace closest", Query::Closest, &buffers, self.push.count)?;
         Ok(())
     }
@@ -199,10 +200,10 @@ impl Stages for GpuStages<'_> {
         self.run(Kernel::Aov, 0)
     }
 
-    fn light(&mut self, light: u32) -> Result<()> {
+    fn light(&mut self, light: u32, coherent: bool) -> Result<()> {
         self.run(Kernel::Light, light)?;
         let b = &self.buffers;
-        let buffers = RayBuffers::new(&b.shadow_rays, &b.shadow_hits);
+        let buffers = RayBuffers::new(&b.shadow_rays, &b.shadow_hits).coherent(coherent);
         self.tracer.trace(&mut self.stream, "trace any", Query::Any, &buffers, self.push.count)?;
         self.run(Kernel::Gather, 0)
     }

@@ -35,7 +35,7 @@ impl GpuScene {
         let texels = gpu.upload("texels", &tables.texels)?;
         let srgb = gpu.upload("sRGB table", &tables.srgb)?;
         let frame = Frame {
-            triangles: address(&geometry.triangles),
+            triangles: geometry.triangles(),
             slots: address(&slots),
             material_ids: address(&material_ids),
             normals: address(&normals),

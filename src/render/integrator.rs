@@ -131,18 +131,18 @@ impl Run<'_> {
         let plan = self.plan;
         self.stages.generate(index)?;
         for bounce in 0..=self.settings.max_depth {
-            self.stages.trace_closest()?;
+            self.stages.trace_closest(bounce == 0)?;
             if plan.aovs && index == 0 && bounce == 0 {
                 self.stages.aov()?;
             }
             for light in 0..plan.lights {
-                self.stages.light(light)?;
+                self.stages.light(light, bounce == 0)?;
                 if (light + 1).is_multiple_of(LIGHTS_COUNTED) {
                     self.count()?;
                 }
             }
             if plan.ambient {
-                self.stages.light(LIGHT_AMBIENT)?;
+                self.stages.light(LIGHT_AMBIENT, false)?;
             }
             self.stages.shade()?;
             if !plan.bounces {

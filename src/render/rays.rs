@@ -54,6 +54,11 @@ impl RayKind {
         if self == RayKind::Ao { Query::Any } else { Query::Closest }
     }
 
+    /// Whether rays that follow each other go much the same way.
+    pub fn coherent(self) -> bool {
+        matches!(self, RayKind::Primary | RayKind::Reflect)
+    }
+
     fn code(self) -> u32 {
         match self {
             RayKind::Primary => KIND_PRIMARY,
@@ -199,7 +204,7 @@ pub fn gpu_rays(
     let generate = gpu.pipeline(Kernel::Generate, &spec)?;
     let reflect = gpu.pipeline(Kernel::Secondary, &spec)?;
     let mut reached: Vec<_> = scene.reached.iter().collect();
-    reached.push(&tracer.geometry().triangles);
+    reached.push(&tracer.geometry().tree);
     let mut stream = Stream::new(gpu);
     let mut all = Vec::new();
     for push in chunks(pixels(frame), kind) {

@@ -23,12 +23,12 @@ pub trait Stages {
     fn begin(&mut self, first: u32, count: u32);
     /// Camera rays of a sample.
     fn generate(&mut self, sample: u32) -> Result<()>;
-    /// Nearest hits of the paths' rays.
-    fn trace_closest(&mut self) -> Result<()>;
+    /// Nearest hits of the paths' rays; `coherent` if those that follow each other go much the same way.
+    fn trace_closest(&mut self, coherent: bool) -> Result<()>;
     /// Keeps what the camera rays met.
     fn aov(&mut self) -> Result<()>;
-    /// Adds a light, or ambient light (`LIGHT_AMBIENT`), shadowed.
-    fn light(&mut self, light: u32) -> Result<()>;
+    /// Adds a light, or ambient light (`LIGHT_AMBIENT`), shadowed by rays that are `coherent` or not.
+    fn light(&mut self, light: u32, coherent: bool) -> Result<()>;
     /// Replaces the paths' rays by the next ones.
     fn shade(&mut self) -> Result<()>;
     /// Adds the sample to the sums of the batch, after `before` others.

@@ -16,7 +16,7 @@ use crate::scene::tables::Tables;
 use crate::trace::accounting::{MigrationReport, Totals, WarpCounters};
 use crate::trace::digest::{hit_count, hits_digest};
 use crate::trace::twin_tracer::{Traced, TwinTracer};
-use crate::trace::{Query, RayBuffers, StepSample, Strategy, Stream, Tracer, TracerOptions};
+use crate::trace::{Query, RayBuffers, RayFeatures, StepSample, Strategy, Stream, Tracer, TracerOptions};
 use crate::twin::tiles::tile_count;
 use crate::vulkan::{Buffer, DeviceKind, Gpu, Place};
 
@@ -220,7 +220,7 @@ impl<'a> GpuBench<'a> {
     /// [`crate::Error::Device`] if the driver fails.
     pub fn kernels(&self) -> Result<BTreeMap<&'static str, BTreeMap<String, u64>>> {
         let mut all = BTreeMap::new();
-        for pipeline in self.tracer.pipelines(self.gpu, Query::Closest, false, false)? {
+        for pipeline in self.tracer.pipelines(self.gpu, Query::Closest, RayFeatures::default())? {
             let statistics: BTreeMap<String, u64> = pipeline.statistics().into_iter().collect();
             if !statistics.is_empty() {
                 all.insert(pipeline.kernel().name(), statistics);
@@ -243,13 +243,13 @@ impl<'a> GpuBench<'a> {
 
     /// Seconds of one trace of all batches, the mean of `times` in one submission: on the device's clock, and
     /// on the host's.
-    fn repeat(&self, query: Query, batches: &[Batch], times: usize) -> Result<(f64, f64)> {
+    fn repeat(&self, kind: RayKind, batches: &[Batch], times: usize) -> Result<(f64, f64)> {
         let mut stream = Stream::new(self.gpu);
         let start = Instant::now();
         for _ in 0..times {
             for batch in batches {
-                let buffers = RayBuffers::new(&batch.rays, &batch.hits);
-                self.tracer.trace(&mut stream, "trace", query, &buffers, batch.count)?;
+                let buffers = RayBuffers::new(&batch.rays, &batch.hits).coherent(kind.coherent());
+                self.tracer.trace(&mut stream, "trace", kind.query(), &buffers, batch.count)?;
             }
         }
         stream.finish()?;
@@ -281,7 +281,7 @@ impl Bench for GpuBench<'_> {
             let hit_buffer = self.gpu.buffer("hits", (n * size_of::<Hit>()) as u64, Place::Device)?;
             let counter_buffer = self.gpu.buffer("counters", (n * size_of::<RayCounters>()) as u64, Place::Device)?;
             let mut stream = Stream::counting(self.gpu);
-            let buffers = RayBuffers::new(&buffer, &hit_buffer).counted(&counter_buffer);
+            let buffers = RayBuffers::new(&buffer, &hit_buffer).coherent(kind.coherent()).counted(&counter_buffer);
             let report = self.tracer.trace(&mut stream, "trace", kind.query(), &buffers, n as u32)?;
             stream.finish()?;
             traced.hits.extend(self.gpu.download::<Hit>(&hit_buffer, 0..n)?);
@@ -307,17 +307,17 @@ impl Bench for GpuBench<'_> {
     }
 
     fn time(&mut self, kind: RayKind, rays: &[Ray], runs: usize) -> Result<(Vec<f64>, Vec<f64>)> {
-        let (query, batches) = (kind.query(), self.batches(rays)?);
-        let (mut once, _) = self.repeat(query, &batches, 1)?;
+        let batches = self.batches(rays)?;
+        let (mut once, _) = self.repeat(kind, &batches, 1)?;
         let mut times = 1;
         if self.gpu.info().kind != DeviceKind::Cpu && !rays.is_empty() {
             let start = Instant::now();
             while start.elapsed().as_secs_f64() < WARM_UP_SECONDS {
                 times = ((RUN_SECONDS / once.max(1e-9)).ceil() as usize).clamp(1, 1000);
-                (once, _) = self.repeat(query, &batches, times)?;
+                (once, _) = self.repeat(kind, &batches, times)?;
             }
         }
-        let runs: Vec<(f64, f64)> = (0..runs).map(|_| self.repeat(query, &batches, times)).collect::<Result<_>>()?;
+        let runs: Vec<(f64, f64)> = (0..runs).map(|_| self.repeat(kind, &batches, times)).collect::<Result<_>>()?;
         Ok(runs.into_iter().unzip())
     }
 }

@@ -208,8 +208,8 @@ impl Run<'_> {
     fn push(&self, round: u32) -> MigratePush {
         let tables = &self.migrator.tables;
         MigratePush {
-            nodes: address(&self.geometry.nodes),
-            triangles: address(&self.geometry.triangles),
+            nodes: self.geometry.nodes(),
+            triangles: self.geometry.triangles(),
             scene_low: self.geometry.bounds[0],
             first: self.first,
             scene_high: self.geometry.bounds[1],
@@ -243,22 +243,16 @@ impl Run<'_> {
             &queues.rounds,
             buffers.steps.map_or(unused, |steps| &steps.starts),
         ];
-        if pipeline.kernel().interface().texels > 0 {
-            bound.extend([&self.geometry.nodes, &self.geometry.triangles, &self.migrator.tables.top]);
+        if !pipeline.kernel().interface().texels.is_empty() {
+            bound.extend([&self.geometry.tree, &self.migrator.tables.top]);
         }
         bound
     }
 
     fn reached(&self) -> Vec<&Buffer> {
         let tables = &self.migrator.tables;
-        let mut reached = vec![
-            &self.geometry.nodes,
-            &self.geometry.triangles,
-            &tables.top,
-            &tables.places,
-            &tables.subtrees,
-            &self.migrator.queues.shares,
-        ];
+        let mut reached =
+            vec![&self.geometry.tree, &tables.top, &tables.places, &tables.subtrees, &self.migrator.queues.shares];
         reached.extend(&self.visits);
         reached.extend(&self.migrator.taken_of_sm);
         reached.extend(self.buffers.steps.map(|steps| &steps.words));

@@ -25,6 +25,6 @@ pub use options::{MachineOptions, NodeFormat, Query, Strategy, TracerOptions};
 pub use step_sample::StepSample;
 pub use steps::StepTrace;
 pub use stream::Stream;
-pub use tracer::{RayBuffers, StepBuffers, Tracer};
+pub use tracer::{RayBuffers, RayFeatures, StepBuffers, Tracer};
 pub use twin_tracer::TwinTracer;
 pub use verify::{Verdict, verify_arithmetic};

@@ -5,7 +5,7 @@ use super::geometry::Geometry;
 use super::migrator::{MigrationKernels, Migrator, QUOTA};
 use super::options::{NodeFormat, Query, Strategy, TracerOptions};
 use super::stream::Stream;
-use super::whole_tree::WholeTree;
+use super::whole_tree::{Dealt, WholeTree};
 use crate::Result;
 use crate::bvh::Bvh;
 use crate::shared::*;
@@ -46,6 +46,8 @@ pub struct RayBuffers<'b> {
     pub counters: Option<&'b Buffer>,
     /// Room for their steps, if these are to be recorded; needs `counters`.
     pub steps: Option<&'b StepBuffers>,
+    /// Rays that follow each other go much the same way, as camera rays do. A hint, for speed alone.
+    pub coherent: bool,
 }
 
 /// Room for a step trace.
@@ -56,10 +58,31 @@ pub struct StepBuffers {
     pub words: Buffer,
 }
 
+/// What a batch of rays needs of a kernel.
+#[derive(Clone, Copy, Default)]
+pub struct RayFeatures {
+    /// See [`RayBuffers::counters`].
+    pub count: bool,
+    /// See [`RayBuffers::steps`].
+    pub record: bool,
+    /// See [`RayBuffers::coherent`].
+    pub coherent: bool,
+}
+
 impl<'b> RayBuffers<'b> {
-    /// Hits alone are wanted.
+    /// Hits alone are wanted, of rays that go much the same way.
     pub fn new(rays: &'b Buffer, hits: &'b Buffer) -> RayBuffers<'b> {
-        RayBuffers { rays, hits, counters: None, steps: None }
+        RayBuffers { rays, hits, counters: None, steps: None, coherent: true }
+    }
+
+    /// What is asked of a kernel.
+    pub fn features(&self) -> RayFeatures {
+        RayFeatures { count: self.counters.is_some(), record: self.steps.is_some(), coherent: self.coherent }
+    }
+
+    /// Rays may go different ways.
+    pub fn coherent(self, coherent: bool) -> RayBuffers<'b> {
+        RayBuffers { coherent, ..self }
     }
 
     /// Also what rays do.
@@ -112,21 +135,18 @@ impl Tracer {
         options.check()?;
         let machine = &options.machine;
         let most_rays = most_rays.max(1);
-        let whole_tree = |invocations| WholeTree::new(gpu, invocations, step_limit.is_some(), most_rays);
+        let geometry = Geometry::upload(gpu, bvh, options.nodes)?;
+        let limits = &gpu.info().limits;
+        let fits = geometry.tree.bytes().max(limits.storage_buffer_range) <= limits.texel_buffer_range;
+        let cpu_lanes = gpu.info().kind == DeviceKind::Cpu && fits && !options.gpu_kernels;
+        let whole_tree = |dealt| WholeTree::new(gpu, dealt, step_limit.is_some(), most_rays);
         let plan = match options.strategy {
-            Strategy::Direct => Plan::Direct(whole_tree(None)?),
-            Strategy::Persistent => Plan::Persistent(whole_tree(Some(machine.invocations()))?),
+            Strategy::Direct if cpu_lanes && step_limit.is_none() => Plan::Direct(whole_tree(Dealt::Strips)?),
+            Strategy::Direct => Plan::Direct(whole_tree(Dealt::Each)?),
+            Strategy::Persistent => Plan::Persistent(whole_tree(Dealt::OnDemand(machine.invocations()))?),
             Strategy::Migrate => Plan::Migrate(Box::new(Migrator::new(gpu, bvh, machine, most_rays)?)),
         };
-        let geometry = Geometry::upload(gpu, bvh, options.nodes)?;
-        let fits = geometry.nodes.bytes().max(geometry.triangles.bytes()) <= gpu.info().limits.texel_buffer_range;
-        Ok(Tracer {
-            cpu_lanes: gpu.info().kind == DeviceKind::Cpu && fits && !options.gpu_kernels,
-            geometry,
-            nodes: options.nodes,
-            spec,
-            plan,
-        })
+        Ok(Tracer { cpu_lanes, geometry, nodes: options.nodes, spec, plan })
     }
 
     /// The scene on the device.
@@ -138,10 +158,16 @@ impl Tracer {
     ///
     /// # Errors
     /// [`crate::Error::Device`] if the driver fails.
-    pub fn pipelines(&self, gpu: &Gpu, query: Query, count: bool, record: bool) -> Result<Vec<Pipeline>> {
-        let own =
-            [(SPEC_ANY_HIT, (query == Query::Any).into()), (SPEC_COUNT, count.into()), (SPEC_RECORD, record.into())];
+    pub fn pipelines(&self, gpu: &Gpu, query: Query, features: RayFeatures) -> Result<Vec<Pipeline>> {
+        let own = [
+            (SPEC_ANY_HIT, (query == Query::Any).into()),
+            (SPEC_COUNT, features.count.into()),
+            (SPEC_RECORD, features.record.into()),
+        ];
         let mut spec = [&self.spec[..], &own].concat();
+        if self.cpu_lanes {
+            spec.push((SPEC_COHERENT, features.coherent.into()));
+        }
         let lanes = |gpu: Kernel, cpu: Kernel| if self.cpu_lanes { cpu } else { gpu };
         let kernels: &[Kernel] = match &self.plan {
             Plan::Direct(_) => match self.nodes {
@@ -176,8 +202,7 @@ impl Tracer {
         buffers: &RayBuffers,
         count: u32,
     ) -> Result<Option<MigrationReport>> {
-        let (count_steps, record) = (buffers.counters.is_some(), buffers.steps.is_some());
-        let pipelines = self.pipelines(stream.gpu(), query, count_steps, record)?;
+        let pipelines = self.pipelines(stream.gpu(), query, buffers.features())?;
         match (&self.plan, &pipelines[..]) {
             (Plan::Direct(tree) | Plan::Persistent(tree), [pipeline]) => {
                 tree.trace(stream, stage, (pipeline, &self.geometry), buffers, count)?;

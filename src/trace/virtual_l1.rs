@@ -1,7 +1,7 @@
 //! Accesses of a virtual SM's L1, counted by a kernel that runs warps in lockstep: an account of divergence,
 //! coalescing and replacement that shares nothing with a replay of step traces but what it is to find.
 
-use super::geometry::{Geometry, address};
+use super::geometry::Geometry;
 use super::options::{NodeFormat, Query};
 use super::stream::Stream;
 use super::tracer::exactness;
@@ -90,8 +90,8 @@ pub fn virtual_l1(
     let pipeline = gpu.pipeline(Kernel::VirtualL1, &spec)?;
     let count = u32::try_from(rays.len()).map_err(|_| Error::device("virtual L1", "too many rays", "trace fewer"))?;
     let mut push = VirtualPush {
-        nodes: address(&geometry.nodes),
-        triangles: address(&geometry.triangles),
+        nodes: geometry.nodes(),
+        triangles: geometry.triangles(),
         scene_low: geometry.bounds[0],
         turn: 0,
         scene_high: geometry.bounds[1],
@@ -108,7 +108,7 @@ pub fn virtual_l1(
         hashed: hashed.into(),
     };
     let mut stream = Stream::new(gpu);
-    let reached = [&geometry.nodes, &geometry.triangles];
+    let reached = [&geometry.tree];
     loop {
         for _ in 0..DISPATCHES_A_SUBMISSION {
             stream.dispatch("virtual L1", &pipeline, (&buffers, &reached), &push, sms * WARP)?;

@@ -1,4 +1,4 @@
-//! Twin of `tiles.glsl`: 32 consecutive indices cover 8x4 pixels.
+//! Twin of `tiles.glsl`: 32 consecutive indices cover 8x4 pixels, in Morton order.
 
 use crate::shared::{TILE_HEIGHT, TILE_WIDTH, WARP};
 
@@ -6,7 +6,8 @@ use crate::shared::{TILE_HEIGHT, TILE_WIDTH, WARP};
 pub fn tile_pixel(index: u32, width: u32) -> (u32, u32) {
     let tiles = width.div_ceil(TILE_WIDTH);
     let (tile, lane) = (index / WARP, index % WARP);
-    (tile % tiles * TILE_WIDTH + lane % TILE_WIDTH, tile / tiles * TILE_HEIGHT + lane / TILE_WIDTH)
+    let (x, y) = (lane & 1 | lane >> 1 & 2 | lane >> 2 & 4, lane >> 1 & 1 | lane >> 2 & 2);
+    (tile % tiles * TILE_WIDTH + x, tile / tiles * TILE_HEIGHT + y)
 }
 
 /// Tile-order indices of a picture, padding included; `None` beyond 32 bits.

@@ -18,12 +18,18 @@ pub(super) struct Descriptors {
     left: u32,
 }
 
+/// A buffer as a kernel sees it.
+enum Shown {
+    Storage([vk::DescriptorBufferInfo; 1]),
+    Texels([vk::BufferView; 1]),
+}
+
 impl Descriptors {
     pub fn new(context: &Arc<Context>) -> Self {
         Self { context: context.clone(), pools: Vec::new(), left: 0 }
     }
 
-    /// A set that shows `buffers` at bindings 0, 1, ..., the kernel's last ones as texels.
+    /// A set that shows `buffers` at bindings 0, 1, ..., as texels where the kernel takes them so.
     pub fn set(&mut self, pipeline: &Compiled, buffers: &[&Buffer]) -> Result<vk::DescriptorSet, vk::Result> {
         let device = &self.context.device;
         if self.left == 0 {
@@ -40,21 +46,23 @@ impl Descriptors {
         // SAFETY: the pool has a set left, with the most descriptors that any layout asks for.
         let set = unsafe { device.allocate_descriptor_sets(&info) }?[0];
         self.left -= 1;
-        let shown: Vec<_> = buffers
-            .iter()
-            .map(|buffer| [vk::DescriptorBufferInfo::default().buffer(buffer.0.raw).range(buffer.bytes())])
-            .collect();
         let interface = pipeline.kernel.interface();
-        let texels = buffers.iter().skip(interface.bindings as usize).map(|buffer| Ok([buffer.0.texels()?]));
-        let texels = texels.collect::<Result<Vec<_>, vk::Result>>()?;
-        let written = |binding: u32| {
-            let ty = descriptor_type(interface, binding);
-            vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(ty)
-        };
-        let storage = (0..interface.bindings).zip(&shown).map(|(binding, info)| written(binding).buffer_info(info));
-        let texels =
-            (interface.bindings..).zip(&texels).map(|(binding, view)| written(binding).texel_buffer_view(view));
-        let writes: Vec<_> = storage.chain(texels).collect();
+        let shown = (0..).zip(buffers).map(|(binding, buffer)| match descriptor_type(interface, binding) {
+            vk::DescriptorType::UNIFORM_TEXEL_BUFFER => Ok(Shown::Texels([buffer.0.texels()?])),
+            _ => Ok(Shown::Storage([vk::DescriptorBufferInfo::default().buffer(buffer.0.raw).range(buffer.bytes())])),
+        });
+        let shown = shown.collect::<Result<Vec<_>, vk::Result>>()?;
+        let writes: Vec<_> = (0..)
+            .zip(&shown)
+            .map(|(binding, shown)| {
+                let ty = descriptor_type(interface, binding);
+                let written = vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(ty);
+                match shown {
+                    Shown::Storage(info) => written.buffer_info(info),
+                    Shown::Texels(view) => written.texel_buffer_view(view),
+                }
+            })
+            .collect();
         // SAFETY: the set is fresh, and has one binding of the kind written for each of `buffers` (the
         // recorder compared the counts).
         unsafe { device.update_descriptor_sets(&writes, &[]) };

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 /// What a kernel takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Interface {
-    /// Storage buffers: bindings 0, 1, ... of set 0.
+    /// Buffers: bindings 0, 1, ... of set 0.
     pub bindings: u32,
-    /// Buffers read as texels of four 32-bit integers: the bindings after those.
-    pub texels: u32,
+    /// Those that are read as texels of four 32-bit integers; the others are storage buffers.
+    pub texels: &'static [u32],
     /// Bytes of push constants.
     pub push_bytes: u32,
     /// Invocations a workgroup (in x).
@@ -18,7 +18,7 @@ pub struct Interface {
 
 macro_rules! kernels {
     ($(
-        $variant:ident: $file:literal, $bindings:literal, $texels:literal, $push_bytes:literal, $local_size:literal;
+        $variant:ident: $file:literal, $bindings:literal, $texels:expr, $push_bytes:literal, $local_size:literal;
     )*) => {
         /// A compute kernel of this program.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -44,7 +44,7 @@ macro_rules! kernels {
             pub const fn interface(self) -> Interface {
                 match self {
                     $(Kernel::$variant => Interface {
-                        bindings: $bindings, texels: $texels, push_bytes: $push_bytes, local_size: $local_size,
+                        bindings: $bindings, texels: &$texels, push_bytes: $push_bytes, local_size: $local_size,
                     },)*
                 }
             }
@@ -61,41 +61,40 @@ macro_rules! kernels {
 
 #[rustfmt::skip]
 kernels! {
-    // variant        file                storage  texels  push bytes  workgroup
-    ProbeArithmetic: "probe_arithmetic",  2,       0,      0,          64;
-    ProbeLoop:       "probe_loop",        2,       0,      0,          32;
-    VerifyExact:     "verify_exact",      2,       0,      8,          256;
-    Direct:          "direct",            7,       0,      52,         32;
-    DirectCpu:       "direct_cpu",        7,       2,      52,         32;
-    DirectQuantised: "direct_quantised",  7,  0,      52,         32;
-    DirectQuantisedCpu: "direct_quantised_cpu", 7, 2, 52,         32;
-    Persistent:      "persistent",        7,       0,      52,         32;
-    PersistentCpu:   "persistent_cpu",    7,       2,      52,         32;
-    Schedule:        "schedule",          8,       0,      116,        32;
-    ScheduleCpu:     "schedule_cpu",      8,       3,      116,        32;
-    Migrate:         "migrate",           8,       0,      116,        1; // a specialization constant
-    MigrateCpu:      "migrate_cpu",       8,       3,      116,        1;
-    MigrateSm:       "migrate_sm",        8,       0,      116,        1;
-    QueueCount:      "queue_count",       3,       0,      16,         32;
-    QueuePrefix:     "queue_prefix",      3,       0,      16,         256;
-    QueueScatter:    "queue_scatter",     4,       0,      16,         32;
-    QueueShares:     "queue_shares",      4,       0,      16,         32;
-    VirtualL1:       "virtual_l1",        7,       0,      88,         32;
-    Generate:        "generate",          4,       0,      16,         32;
-    Light:           "light",             10,      0,      16,         32;
-    Gather:          "gather",            5,       0,      16,         32;
-    Shade:           "shade",             7,       0,      16,         32;
-    Resolve:         "resolve",           4,       0,      16,         32;
-    Aov:             "aov",               7,       0,      16,         32;
-    Secondary:       "secondary",         6,       0,      16,         32;
+    // variant           file                    bindings  texels      push bytes  workgroup
+    ProbeArithmetic:    "probe_arithmetic",     2,        [],         0,          64;
+    ProbeLoop:          "probe_loop",           2,        [],         0,          32;
+    VerifyExact:        "verify_exact",         2,        [],         8,          256;
+    Direct:             "direct",               7,        [],         56,         32;
+    DirectCpu:          "direct_cpu",           8,        [0, 7],     56,         32;
+    DirectQuantised:    "direct_quantised",     7,        [],         56,         32;
+    DirectQuantisedCpu: "direct_quantised_cpu", 8,        [0, 7],     56,         32;
+    Persistent:         "persistent",           7,        [],         56,         32;
+    PersistentCpu:      "persistent_cpu",       8,        [0, 7],     56,         32;
+    Schedule:           "schedule",             8,        [],         116,        32;
+    ScheduleCpu:        "schedule_cpu",         10,       [0, 8, 9],  116,        32;
+    Migrate:            "migrate",              8,        [],         116,        1; // a specialization constant
+    MigrateCpu:         "migrate_cpu",          10,       [0, 8, 9],  116,        1;
+    MigrateSm:          "migrate_sm",           8,        [],         116,        1;
+    QueueCount:         "queue_count",          3,        [],         16,         32;
+    QueuePrefix:        "queue_prefix",         3,        [],         16,         256;
+    QueueScatter:       "queue_scatter",        4,        [],         16,         32;
+    QueueShares:        "queue_shares",         4,        [],         16,         32;
+    VirtualL1:          "virtual_l1",           7,        [],         88,         32;
+    Generate:           "generate",             4,        [],         16,         32;
+    Light:              "light",                10,       [],         16,         32;
+    Gather:             "gather",               5,        [],         16,         32;
+    Shade:              "shade",                7,        [],         16,         32;
+    Resolve:            "resolve",              4,        [],         16,         32;
+    Aov:                "aov",                  7,        [],         16,         32;
+    Secondary:          "secondary",            6,        [],         16,         32;
 }
 
 /// Most bindings of any kernel.
 pub(super) const MAX_BINDINGS: u32 = {
     let (mut most, mut i) = (0, 0);
     while i < Kernel::ALL.len() {
-        let interface = Kernel::ALL[i].interface();
-        let bindings = interface.bindings + interface.texels;
+        let bindings = Kernel::ALL[i].interface().bindings;
         most = if bindings > most { bindings } else { most };
         i += 1;
     }
@@ -132,12 +131,12 @@ mod tests {
             };
             decorated(module, Decoration::Binding).filter(|&(id, _)| is_of_class(id)).map(|(_, at)| at).collect()
         };
-        let (storage, texels) = (of_class(StorageClass::StorageBuffer), of_class(StorageClass::UniformConstant));
+        let (storage, mut texels) = (of_class(StorageClass::StorageBuffer), of_class(StorageClass::UniformConstant));
+        texels.sort_unstable();
         assert_eq!(storage.len() + texels.len(), bindings.len(), "every binding is a storage or a texel buffer");
-        assert!(storage.iter().max() < texels.iter().min() || texels.is_empty(), "texel buffers come last");
         Interface {
-            bindings: storage.len() as u32,
-            texels: texels.len() as u32,
+            bindings: bindings.len() as u32,
+            texels: texels.leak(),
             push_bytes: push_bytes(module),
             local_size: size[0].unwrap_literal_bit32(),
         }

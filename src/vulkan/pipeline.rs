@@ -60,7 +60,7 @@ impl Pipeline {
             context: context.clone(),
         };
         let takes = kernel.interface();
-        let bindings: Vec<_> = (0..takes.bindings + takes.texels)
+        let bindings: Vec<_> = (0..takes.bindings)
             .map(|binding| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(binding)
@@ -88,9 +88,9 @@ impl Pipeline {
 
 /// What a kernel has at a binding.
 pub(super) fn descriptor_type(interface: Interface, binding: u32) -> vk::DescriptorType {
-    match binding < interface.bindings {
-        true => vk::DescriptorType::STORAGE_BUFFER,
-        false => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+    match interface.texels.contains(&binding) {
+        true => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+        false => vk::DescriptorType::STORAGE_BUFFER,
     }
 }
 
@@ -156,9 +156,10 @@ fn whole(statistic: &vk::PipelineExecutableStatisticKHR<'_>) -> Option<u64> {
 
 fn check_limits(context: &Context, kernel: Kernel) -> Result<()> {
     let (needs, limits) = (kernel.interface(), &context.info.limits);
+    let texels = needs.texels.len() as u32;
     let checks = [
-        ("storage buffers", needs.bindings, limits.storage_buffers),
-        ("texel buffers", needs.texels, limits.texel_buffers),
+        ("storage buffers", needs.bindings - texels, limits.storage_buffers),
+        ("texel buffers", texels, limits.texel_buffers),
         ("bytes of push constants", needs.push_bytes, limits.push_constants),
         ("invocations a workgroup", needs.local_size, limits.group_invocations),
     ];

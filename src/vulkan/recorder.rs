@@ -237,7 +237,7 @@ impl Recorder {
     fn bind(&mut self, pipeline: &Pipeline, buffers: &[&Buffer], push: &[u8]) -> Result<()> {
         let kernel = pipeline.kernel();
         let (name, takes) = (kernel.name(), kernel.interface());
-        let bindings = takes.bindings + takes.texels;
+        let bindings = takes.bindings;
         if buffers.len() != bindings as usize {
             return Err(Error::Check(format!("{name} takes {bindings} buffers, not {}", buffers.len())));
         }
@@ -252,10 +252,12 @@ impl Recorder {
             return Err(Error::Check(format!("{name} was compiled for another device")));
         }
         let limits = &self.context.info.limits;
-        for (binding, buffer) in buffers.iter().enumerate() {
+        for (binding, buffer) in (0..).zip(buffers) {
             self.within(buffer, 0, buffer.bytes())?;
-            let texels = binding >= takes.bindings as usize;
-            let range = if texels { limits.texel_buffer_range } else { limits.storage_buffer_range };
+            let range = match takes.texels.contains(&binding) {
+                true => limits.texel_buffer_range,
+                false => limits.storage_buffer_range,
+            };
             if buffer.bytes() > range {
                 return Err(Error::device(
                     &self.stage,

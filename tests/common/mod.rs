@@ -67,7 +67,7 @@ pub fn bvh(scene: &Scene) -> Bvh {
     Bvh::build(&scene.positions, Quality::default()).unwrap()
 }
 
-/// Hits and counters of the device.
+/// Hits and counters of the device, which must not depend on the hint that rays are coherent.
 pub fn trace_on(
     gpu: &Gpu,
     bvh: &Bvh,
@@ -75,15 +75,30 @@ pub fn trace_on(
     query: Query,
     options: TracerOptions,
 ) -> (Vec<Hit>, Vec<RayCounters>) {
-    let (hits, counters, _) = trace_and_report(gpu, bvh, rays, query, &options);
-    (hits, counters)
+    let [coherent, incoherent] = [true, false].map(|coherent| {
+        let (hits, counters, _) = trace_as(gpu, bvh, (rays, coherent), query, &options);
+        (hits, counters)
+    });
+    assert!(coherent == incoherent, "{options:?}: hits or counters depend on the hint");
+    coherent
 }
 
-/// As [`trace_on`], with the report of strategy `migrate`.
+/// Hits and counters of the device, with the report of strategy `migrate`.
 pub fn trace_and_report(
     gpu: &Gpu,
     bvh: &Bvh,
     rays: &[Ray],
+    query: Query,
+    options: &TracerOptions,
+) -> (Vec<Hit>, Vec<RayCounters>, Option<MigrationReport>) {
+    trace_as(gpu, bvh, (rays, true), query, options)
+}
+
+/// The same, with the hint that rays are coherent or without it.
+pub fn trace_as(
+    gpu: &Gpu,
+    bvh: &Bvh,
+    (rays, coherent): (&[Ray], bool),
     query: Query,
     options: &TracerOptions,
 ) -> (Vec<Hit>, Vec<RayCounters>, Option<MigrationReport>) {
@@ -93,7 +108,7 @@ pub fn trace_and_report(
     let hits = gpu.buffer("hits", 16 * count as u64, Place::Device).unwrap();
     let counters = gpu.buffer("counters", (size_of::<RayCounters>() * count) as u64, Place::Device).unwrap();
     let mut stream = Stream::new(gpu);
-    let buffers = RayBuffers::new(&rays, &hits).counted(&counters);
+    let buffers = RayBuffers::new(&rays, &hits).coherent(coherent).counted(&counters);
     let report = tracer.trace(&mut stream, "trace", query, &buffers, count as u32).unwrap();
     stream.finish().unwrap();
     (gpu.download(&hits, 0..count).unwrap(), gpu.download(&counters, 0..count).unwrap(), report)

@@ -51,13 +51,13 @@ impl Stages for Fake<'_> {
         self.seconds.set(self.seconds.get() + 1.0);
         Ok(())
     }
-    fn trace_closest(&mut self) -> Result<()> {
+    fn trace_closest(&mut self, _coherent: bool) -> Result<()> {
         Ok(())
     }
     fn aov(&mut self) -> Result<()> {
         Ok(())
     }
-    fn light(&mut self, _light: u32) -> Result<()> {
+    fn light(&mut self, _light: u32, _coherent: bool) -> Result<()> {
         self.counted = self.counted.wrapping_add(self.batch.1 as u32 * WARP);
         Ok(())
     }
