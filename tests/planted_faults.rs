@@ -131,15 +131,10 @@ fn planted_faults_in_strips() {
         (
             "a hit that another ray keeps",
             loops,
-            "if (!holding) {\n            end(",
-            "if (!holding) {\n            end(1u ^ ",
+            "            hits[i] = finished(hit);",
+            "            hits[i ^ 1u] = finished(hit);",
         ),
-        (
-            "a lane that forgets its hit",
-            loops,
-            "if (!COHERENT) break;",
-            "if (!COHERENT) { traced.hit.prim = NO_HIT; break; }",
-        ),
+        ("a lane that forgets its hit", loops, "if (!COHERENT) break;", "if (!COHERENT) { hit.prim = NO_HIT; break; }"),
     ];
     let no_fault = Fault { file: strips, original: "push.strip + taken :", planted: "push.strip + taken : " };
     assert!(check_strips(no_fault).is_none_or(|differ| !differ));

@@ -24,50 +24,35 @@ layout(push_constant, std430) uniform TracePush {
     uint strip; // rays a workgroup, with CPU_LANES
 } push;
 
-// A ray on its way.
-struct Traced {
-    Ray ray;
-    BoxRay box;
-    Shear shear;
-    Cursor cursor;
-    Hit hit;
-    RayCounters counted;
-};
-
-// Ray i at the root, or done already if it is dead.
-Traced begin(uint i) {
-    Ray ray = load_ray(i);
-    bool live = ray.t_max >= ray.t_min;
-    if (RECORD) begin_steps(step_starts[i], NOTHING_COUNTED);
-    return Traced(ray, box_ray(ray, push.scene_low, push.scene_high), shear_of(ray.direction),
-                  Cursor(live ? 0u : LINK_DONE, 0u), Hit(ray.t_max, NO_HIT, 0.0, 0.0), NOTHING_COUNTED);
-}
-
-void end(uint i, Traced traced) {
-    hits[i] = finished(traced.hit);
-    if (COUNT) counters[i] = traced.counted;
-}
-
 // Traces ray push.first + local until it is done or `steps` reaches STEP_LIMIT. Its place is kept in
 // travels[slot], where `resuming` finds it again.
 void trace_ray(uint local, uint slot, bool resuming, inout uint steps) {
     uint i = push.first + local;
-    Traced traced = begin(i);
+    Ray ray = load_ray(i);
+    Cursor cursor = Cursor(0u, 0u);
+    Hit hit = Hit(ray.t_max, NO_HIT, 0.0, 0.0);
+    RayCounters counted = NOTHING_COUNTED;
     if (resuming) {
-        traced.cursor = cursor_of_trail(Nodes(push.nodes), 0u, 0u, travels[slot].link, travels[slot].trail);
-        traced.hit = hits[i];
-        if (COUNT) traced.counted = counters[i];
+        cursor = cursor_of_trail(Nodes(push.nodes), 0u, 0u, travels[slot].link, travels[slot].trail);
+        hit = hits[i];
+        if (COUNT) counted = counters[i];
     }
-    traverse(Nodes(push.nodes), Triangles(push.triangles), traced.ray, traced.box, traced.shear, traced.cursor, traced.hit,
-             traced.counted, steps);
-    end(i, traced);
+    if (RECORD) begin_steps(step_starts[i], NOTHING_COUNTED);
+    if (ray.t_max >= ray.t_min) {
+        BoxRay box = box_ray(ray, push.scene_low, push.scene_high);
+        traverse(Nodes(push.nodes), Triangles(push.triangles), ray, box, shear_of(ray.direction), cursor, hit, counted, steps);
+    } else {
+        cursor.link = LINK_DONE;
+    }
+    hits[i] = finished(hit);
+    if (COUNT) counters[i] = counted;
     if (STEP_LIMIT != 0u) {
         uvec2 trail = uvec2(0u);
-        if (traced.cursor.link != LINK_DONE) {
-            trail = trail_of_stack(Nodes(push.nodes), 0u, 0u, traced.cursor, trail);
+        if (cursor.link != LINK_DONE) {
+            trail = trail_of_stack(Nodes(push.nodes), 0u, 0u, cursor, trail);
             atomicAdd(unfinished, 1u);
         }
-        travels[slot] = Travel(trail, traced.cursor.link, local);
+        travels[slot] = Travel(trail, cursor.link, local);
     }
 }
 
@@ -83,17 +68,31 @@ uint take_ray();
 void trace_rays() {
     uint local = take_ray();
     bool holding = false;
-    Traced traced;
+    Ray ray;
+    BoxRay box;
+    Shear shear;
+    Cursor cursor;
+    Hit hit;
+    RayCounters counted;
     while (local < push.count) {
-        if (!holding) traced = begin(push.first + local);
-        while (traced.cursor.link != LINK_DONE) {
-            turn(Nodes(push.nodes), Triangles(push.triangles), traced.ray, traced.box, traced.shear, traced.cursor, traced.hit,
-                 traced.counted);
+        uint i = push.first + local;
+        if (!holding) {
+            ray = load_ray(i);
+            box = box_ray(ray, push.scene_low, push.scene_high);
+            shear = shear_of(ray.direction);
+            cursor = Cursor(ray.t_max >= ray.t_min ? 0u : LINK_DONE, 0u);
+            hit = Hit(ray.t_max, NO_HIT, 0.0, 0.0);
+            counted = NOTHING_COUNTED;
+            if (RECORD) begin_steps(step_starts[i], NOTHING_COUNTED);
+        }
+        while (cursor.link != LINK_DONE) {
+            turn(Nodes(push.nodes), Triangles(push.triangles), ray, box, shear, cursor, hit, counted);
             if (!COHERENT) break;
         }
-        holding = traced.cursor.link != LINK_DONE;
+        holding = cursor.link != LINK_DONE;
         if (!holding) {
-            end(push.first + local, traced);
+            hits[i] = finished(hit);
+            if (COUNT) counters[i] = counted;
             local = take_ray();
         }
     }
