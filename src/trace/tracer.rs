@@ -80,7 +80,7 @@ impl<'b> RayBuffers<'b> {
         RayFeatures { count: self.counters.is_some(), record: self.steps.is_some(), coherent: self.coherent }
     }
 
-    /// Rays may go different ways.
+    /// Whether rays that follow each other go much the same way.
     pub fn coherent(self, coherent: bool) -> RayBuffers<'b> {
         RayBuffers { coherent, ..self }
     }
@@ -137,7 +137,9 @@ impl Tracer {
         let most_rays = most_rays.max(1);
         let geometry = Geometry::upload(gpu, bvh, options.nodes)?;
         let limits = &gpu.info().limits;
-        let fits = geometry.tree.bytes().max(limits.storage_buffer_range) <= limits.texel_buffer_range;
+        // All of the tree and of any buffer of rays as texels, with distances in bytes of 32 bits.
+        let (tree, texels) = (geometry.tree.bytes(), limits.texel_buffer_range);
+        let fits = tree.max(limits.storage_buffer_range) <= texels && u32::try_from(tree).is_ok();
         let cpu_lanes = gpu.info().kind == DeviceKind::Cpu && fits && !options.gpu_kernels;
         let whole_tree = |dealt| WholeTree::new(gpu, dealt, step_limit.is_some(), most_rays);
         let plan = match options.strategy {
