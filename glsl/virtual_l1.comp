@@ -85,7 +85,7 @@ uint line_of(Turn turn, uint k) {
     }
     if (turn.phase == PHASE_LEAVES) {
         if (k == LEAF_INSTRUCTIONS - 1u) return stack_line(turn, turn.depth);
-        uint triangles = (turn.link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK, first = turn.link & LEAF_FIRST_MASK;
+        uint triangles = leaf_count(turn.link), first = leaf_first(turn.link);
         return k / 3u < triangles ? push.triangle_line + (3u * first + k) / LOADS : NO_LINE;
     }
     return push.hit_line + turn.ray / LOADS;
@@ -123,7 +123,7 @@ uint step_lane(inout Turn turn) {
             link = turn.met ? near_child(met, node) : popped(turn, depth);
         } else {
             Shear shear = shear_of(ray.direction);
-            uint first = link & LEAF_FIRST_MASK, triangles = (link >> LEAF_COUNT_SHIFT) & LEAF_COUNT_MASK;
+            uint first = leaf_first(link), triangles = leaf_count(link);
             for (uint i = first; i < first + triangles; ++i) {
                 intersect(ray, box, shear, load_triangle(Triangles(push.triangles), i), hit);
             }

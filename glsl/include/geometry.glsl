@@ -35,7 +35,6 @@ const uint NODE_TEXELS = 4u;
 const uint MOST_TEXELS = 4u;
 #endif
 const uint TRIANGLE_TEXELS = 3u;
-const uint TEXEL_BYTES = 16u;
 
 uint node_texel(uint i) { return NODE_TEXELS * i; }
 uint triangle_texel(Nodes nodes, Triangles triangles, uint i) {

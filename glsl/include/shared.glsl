@@ -67,6 +67,9 @@ const uint TILE_WIDTH = 8u;
 // A warp covers this many pixels down.
 const uint TILE_HEIGHT = 4u;
 
+// Of a buffer that is read as texels: four 32-bit integers.
+const uint TEXEL_BYTES = 16u;
+
 // Direction components below this magnitude (2^-80) are replaced by it in box tests, so that no
 // reciprocal is infinite and no product is 0 x infinity (Aila and Laine 2009 do the same).
 const float DIRECTION_FLOOR = 8.271806125530277e-25;

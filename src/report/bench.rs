@@ -220,7 +220,9 @@ impl<'a> GpuBench<'a> {
     /// [`crate::Error::Device`] if the driver fails.
     pub fn kernels(&self) -> Result<BTreeMap<&'static str, BTreeMap<String, u64>>> {
         let mut all = BTreeMap::new();
-        for pipeline in self.tracer.pipelines(self.gpu, Query::Closest, RayFeatures::default())? {
+        for pipeline in
+            self.tracer.pipelines(self.gpu, Query::Closest, RayFeatures { coherent: true, ..RayFeatures::default() })?
+        {
             let statistics: BTreeMap<String, u64> = pipeline.statistics().into_iter().collect();
             if !statistics.is_empty() {
                 all.insert(pipeline.kernel().name(), statistics);

@@ -167,7 +167,11 @@ impl Tracer {
             (SPEC_RECORD, features.record.into()),
         ];
         let mut spec = [&self.spec[..], &own].concat();
-        if self.cpu_lanes {
+        // Not where nothing depends on it: each value is a kernel to compile.
+        if let Plan::Direct(tree) | Plan::Persistent(tree) = &self.plan
+            && self.cpu_lanes
+            && !tree.limited()
+        {
             spec.push((SPEC_COHERENT, features.coherent.into()));
         }
         let lanes = |gpu: Kernel, cpu: Kernel| if self.cpu_lanes { cpu } else { gpu };

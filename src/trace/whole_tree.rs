@@ -71,6 +71,11 @@ impl WholeTree {
         })
     }
 
+    /// Whether rays can be suspended; kernels then trace one ray an invocation, or one after the other.
+    pub fn limited(&self) -> bool {
+        self.limited
+    }
+
     /// Records the tracing of `count` rays. Where invocations are limited this also runs the stream, as often
     /// as it takes.
     ///

@@ -12,6 +12,7 @@ use super::context::Context;
 use super::error::{allocation, failed, too_large};
 use super::gpu::Gpu;
 use crate::Result;
+use crate::shared::TEXEL_BYTES;
 
 /// Where a buffer lives and who touches it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,9 +24,6 @@ pub enum Place {
     /// Written by the device, read by the host.
     Readback,
 }
-
-/// Bytes of a texel: four 32-bit integers.
-pub(super) const TEXEL_BYTES: u64 = 16;
 
 /// A storage buffer, which kernels may also read as texels. Freed when dropped and no longer in a recorder.
 pub struct Buffer(pub(super) Arc<Memory>);
@@ -144,7 +142,7 @@ impl Memory {
         let info = vk::BufferViewCreateInfo::default()
             .buffer(self.raw)
             .format(vk::Format::R32G32B32A32_UINT)
-            .range(self.bytes / TEXEL_BYTES * TEXEL_BYTES);
+            .range(self.bytes - self.bytes % u64::from(TEXEL_BYTES));
         // SAFETY: the buffer is bound, with the usage that this needs; all devices read texels of this format.
         let view = unsafe { self.context.device.create_buffer_view(&info, None) }?;
         if let Err(second) = self.texels.set(view) {

@@ -5,10 +5,10 @@ use std::ffi::CStr;
 use ash::{khr, vk};
 use serde::Serialize;
 
-use super::buffer::TEXEL_BYTES;
 use super::context::has_extension;
 use super::error::failed;
 use super::instance::{API_VERSION, Instance};
+use crate::shared::TEXEL_BYTES;
 use crate::{Error, Result};
 
 /// A Vulkan device as its driver describes it.
@@ -238,7 +238,7 @@ fn limits(
     Limits {
         storage_buffer_range: limits.max_storage_buffer_range.into(),
         storage_buffers: limits.max_per_stage_descriptor_storage_buffers.min(limits.max_descriptor_set_storage_buffers),
-        texel_buffer_range: u64::from(limits.max_texel_buffer_elements) * TEXEL_BYTES,
+        texel_buffer_range: u64::from(limits.max_texel_buffer_elements) * u64::from(TEXEL_BYTES),
         texel_buffers: limits.max_per_stage_descriptor_sampled_images.min(limits.max_descriptor_set_sampled_images),
         allocation: maintenance.max_memory_allocation_size,
         groups: limits.max_compute_work_group_count[0],
