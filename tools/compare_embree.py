@@ -8,7 +8,8 @@
 Prints how many rays agree and how the others differ, and the speeds side by side. Exit code 0 if no more
 than --allow of the rays disagree, 1 if more do, 2 if the input is unusable.
 
-A ray agrees if both miss, or both hit at the same distance within --tolerance. It is a tie if it agrees on
+A ray agrees if both miss, or both hit at the same distance within --tolerance; of rays that ask for any hit
+(kind ao) only whether they hit is compared. It is a tie if it agrees on
 the distance but not on the primitive: two triangles at the same place, mostly a shared edge. Where the two
 disagree but one of the hits lies on the edge of its triangle or at an end of the ray, rounding decides, and
 that is counted apart from real disagreements.
@@ -31,6 +32,7 @@ except ImportError as error:
           "and run with out/venv/bin/python", file=sys.stderr)
     sys.exit(2)
 
+HEADER = 20
 MISS = 0xFFFFFFFF
 RAY = np.dtype([("origin", "<f4", 3), ("t_min", "<f4"), ("direction", "<f4", 3), ("t_max", "<f4")])
 HIT = np.dtype([("t", "<f4"), ("prim", "<u4"), ("u", "<f4"), ("v", "<f4")])
@@ -44,21 +46,21 @@ COORDINATE_ERROR = 4 * 2.0**-24
 
 
 def read_dump(path):
-    """Triangles (n, 3, 3), rays and hits of a file written by src/report/ray_dump.rs."""
+    """Triangles (n, 3, 3), rays, hits, and whether any hit was asked for, of a file by src/report/ray_dump.rs."""
     with open(path, "rb") as file:
         data = file.read()
-    if len(data) < 16 or data[:4] != b"CRBR":
+    if len(data) < HEADER or data[:4] != b"CRBR":
         raise ValueError(f"{path}: not a ray dump (it does not begin with CRBR)")
-    version, ray_count, triangle_count = struct.unpack_from("<3I", data, 4)
-    if version != 1:
-        raise ValueError(f"{path}: version {version}; this tool reads version 1")
-    expected = 16 + 36 * triangle_count + (RAY.itemsize + HIT.itemsize) * ray_count
+    version, ray_count, triangle_count, any_hit = struct.unpack_from("<4I", data, 4)
+    if version != 2:
+        raise ValueError(f"{path}: version {version}; this tool reads version 2")
+    expected = HEADER + 36 * triangle_count + (RAY.itemsize + HIT.itemsize) * ray_count
     if len(data) != expected:
         raise ValueError(f"{path}: {len(data)} bytes instead of {expected}; write it again")
-    triangles = np.frombuffer(data, "<f4", 9 * triangle_count, 16).reshape(-1, 3, 3)
-    rays = np.frombuffer(data, RAY, ray_count, 16 + 36 * triangle_count)
-    hits = np.frombuffer(data, HIT, ray_count, 16 + 36 * triangle_count + RAY.itemsize * ray_count)
-    return triangles, rays, hits
+    triangles = np.frombuffer(data, "<f4", 9 * triangle_count, HEADER).reshape(-1, 3, 3)
+    rays = np.frombuffer(data, RAY, ray_count, HEADER + 36 * triangle_count)
+    hits = np.frombuffer(data, HIT, ray_count, HEADER + 36 * triangle_count + RAY.itemsize * ray_count)
+    return triangles, rays, hits, any_hit != 0
 
 
 def trace(triangles, rays, runs):
@@ -96,10 +98,14 @@ def on_edge(hits):
     return (hits["prim"] != MISS) & (weights < EDGE)
 
 
-def compare(triangles, rays, ours, theirs, tolerance):
+def compare(triangles, rays, ours, theirs, any_hit, tolerance):
     """Counts by kind, the worst relative error among same-primitive hits, and the real disagreements."""
     hit, hit_there = ours["prim"] != MISS, theirs["prim"] != MISS
     both = hit & hit_there
+    if any_hit:  # only whether there is one was asked
+        ours = np.where(both, theirs, ours)
+        for field in ("t", "u", "v"):
+            ours[field][hit & ~hit_there] = np.nan
     scale = max(np.abs(triangles).max(initial=0), np.abs(rays["origin"]).max(initial=0))
     t, t_there = ours["t"].astype(np.float64), theirs["t"].astype(np.float64)
     error = np.where(both, np.abs(t - t_there), 0)
@@ -149,7 +155,7 @@ def main():
     parser.add_argument("--runs", type=int, default=3, help="timed runs of Embree (default 3)")
     arguments = parser.parse_args()
     try:
-        triangles, rays, ours = read_dump(arguments.dump)
+        triangles, rays, ours, any_hit = read_dump(arguments.dump)
         bench = {}
         if arguments.json:
             with open(arguments.json, encoding="utf-8") as file:
@@ -159,7 +165,7 @@ def main():
         return 2
 
     theirs, alive, seconds = trace(triangles, rays, max(arguments.runs, 1))
-    counts, worst, real = compare(triangles, rays, ours, theirs, arguments.tolerance)
+    counts, worst, real = compare(triangles, rays, ours, theirs, any_hit, arguments.tolerance)
     for name, count in counts.items():
         print(f"{name:42} {count:>12,}")
     print(f"{'worst relative error of t':42} {worst:>12.2e}")

@@ -98,6 +98,17 @@ const float EDGE_FLOOR = 7.888609052210118e-31;
 // magnitude (2^-75). If not, then the products are equal, and their rounding errors decide, which are multiples
 // of 2^-122. Only triangles which from the ray's origin measure less than 2^-72 can be lost by that.
 const float PRODUCT_FLOOR = 2.6469779601696886e-23;
+// A distance is interpolated by barycentric weights if the largest sheared coordinates x and y, multiplied, over the
+// determinant, times the range of the corners' depths over the depth, is at most this. Weights are off by at most some
+// four roundings of the first quotient, so that distances are by 16 x 4 x 2^-24, 4e-6. The test of Woop, Benthin and
+// Wald always interpolates, and is off by percents where rays graze large triangles from nearby.
+const float DEPTH_CONDITION = 16.0;
+// Components of a triangle's normal, edges scaled to 1, below this magnitude (2^-40) count as zero: a ray's slope
+// against the plane is then zero or at least 2^-103.
+const float NORMAL_FLOOR = 9.094947017729282e-13;
+// Coordinates of a point of the plane, relative to the ray's origin, below this magnitude (2^-60) count as zero:
+// times components of the normal they are multiples of 2^-123.
+const float POINT_FLOOR = 8.673617379884035e-19;
 // Vectors of which no component reaches this magnitude (2^-100) have no direction.
 const float VECTOR_FLOOR = 7.888609052210118e-31;
 // Smallest argument of exact_sqrt but 0 (2^-78): the residual of its root is then a multiple of 2^-126, not a

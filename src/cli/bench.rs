@@ -194,7 +194,7 @@ impl Bench {
                 bencher.record(kind, &rays, rays_wanted)?.write(path)?;
             }
             if let Some(path) = &self.dump_rays {
-                ray_dump::write(path, &scene.positions, &rays, &traced.hits)?;
+                ray_dump::write(path, &scene.positions, kind.query(), &rays, &traced.hits)?;
             }
             report.results.push(outcome);
         }

@@ -4,10 +4,10 @@
 //!
 //! | bytes | content |
 //! |---|---|
-//! | 16 | magic `CRBR`, then u32 version 1, ray count, triangle count |
+//! | 20 | magic `CRBR`, then u32 version 2, ray count, triangle count, query (0: the nearest hit, 1: any) |
 //! | 36 a triangle | nine f32: three corners, in order of primitive id |
 //! | 32 a ray | eight f32: origin, t_min, direction, t_max |
-//! | 16 a ray | its hit: f32 t, u32 primitive id (all ones: miss), f32 u, f32 v |
+//! | 16 a ray | its hit: f32 t, u32 primitive id (all ones: miss), f32 u, f32 v; of any hit only whether it is one counts |
 //!
 //! `tools/compare_embree.py` reads it.
 
@@ -18,38 +18,38 @@ use std::path::Path;
 use glam::Vec3;
 
 use crate::atomic_file::write_atomically;
-use crate::trace::{Hit, Ray};
+use crate::trace::{Hit, Query, Ray};
 use crate::{Error, Result};
 
 const MAGIC: [u8; 4] = *b"CRBR";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Writes a dump to `path`, whole or not at all.
 ///
 /// # Errors
 /// [`Error::Check`] if there is not one hit a ray or a count exceeds u32; [`Error::Io`] or
 /// [`Error::Usage`] if `path` cannot be written.
-pub fn write(path: &Path, triangles: &[[Vec3; 3]], rays: &[Ray], hits: &[Hit]) -> Result<()> {
+pub fn write(path: &Path, triangles: &[[Vec3; 3]], query: Query, rays: &[Ray], hits: &[Hit]) -> Result<()> {
     if rays.len() != hits.len() {
         return Err(Error::Check(format!("{} hits for {} rays", hits.len(), rays.len())));
     }
     let count = |count: usize| {
         u32::try_from(count).map_err(|_| Error::Check(format!("{count} elements are too many for a ray dump")))
     };
-    let counts = [VERSION, count(rays.len())?, count(triangles.len())?];
-    write_atomically(path, |writer| write_body(writer, counts, triangles, rays, hits).map_err(Error::io("write", path)))
+    let header = [VERSION, count(rays.len())?, count(triangles.len())?, u32::from(query == Query::Any)];
+    write_atomically(path, |writer| write_body(writer, header, triangles, rays, hits).map_err(Error::io("write", path)))
 }
 
 fn write_body(
     writer: &mut BufWriter<&File>,
-    counts: [u32; 3],
+    header: [u32; 4],
     triangles: &[[Vec3; 3]],
     rays: &[Ray],
     hits: &[Hit],
 ) -> std::io::Result<()> {
     writer.write_all(&MAGIC)?;
-    for count in counts {
-        writer.write_all(&count.to_le_bytes())?;
+    for word in header {
+        writer.write_all(&word.to_le_bytes())?;
     }
     for corner in triangles.as_flattened() {
         write_floats(writer, corner.to_array())?;
@@ -89,27 +89,27 @@ mod tests {
         let triangles = [[Vec3::new(1.0, 2.0, 3.0), Vec3::new(4.0, 5.0, 6.0), Vec3::new(7.0, 8.0, 9.0)]];
         let rays = [ray(10.0), ray(20.0)];
         let hits = [Hit { t: 30.0, prim: 0, u: 31.0, v: 32.0 }, Hit { t: 27.0, prim: NO_HIT, u: 0.0, v: 0.0 }];
-        write(&path, &triangles, &rays, &hits).unwrap();
+        write(&path, &triangles, Query::Any, &rays, &hits).unwrap();
 
         let bytes = std::fs::read(&path).unwrap();
         assert_eq!(&bytes[..4], b"CRBR");
         let words: Vec<u32> = bytes[4..].chunks(4).map(|w| u32::from_le_bytes(w.try_into().unwrap())).collect();
         let floats =
             |range: std::ops::Range<usize>| -> Vec<f32> { words[range].iter().map(|w| f32::from_bits(*w)).collect() };
-        assert_eq!(words[..3], [1, 2, 1]);
-        assert_eq!(floats(3..12), (1..10).map(|i| i as f32).collect::<Vec<_>>());
-        assert_eq!(floats(12..20), (10..18).map(|i| i as f32).collect::<Vec<_>>());
-        assert_eq!(floats(20..28), (20..28).map(|i| i as f32).collect::<Vec<_>>());
-        assert_eq!((words[28], words[29]), (30f32.to_bits(), 0));
-        assert_eq!(floats(30..32), [31.0, 32.0]);
-        assert_eq!((words[32], words[33], words.len()), (27f32.to_bits(), NO_HIT, 36));
+        assert_eq!(words[..4], [2, 2, 1, 1]);
+        assert_eq!(floats(4..13), (1..10).map(|i| i as f32).collect::<Vec<_>>());
+        assert_eq!(floats(13..21), (10..18).map(|i| i as f32).collect::<Vec<_>>());
+        assert_eq!(floats(21..29), (20..28).map(|i| i as f32).collect::<Vec<_>>());
+        assert_eq!((words[29], words[30]), (30f32.to_bits(), 0));
+        assert_eq!(floats(31..33), [31.0, 32.0]);
+        assert_eq!((words[33], words[34], words.len()), (27f32.to_bits(), NO_HIT, 37));
     }
 
     #[test]
     fn a_missing_hit_is_an_error_and_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.rays");
-        assert!(matches!(write(&path, &[], &[ray(0.0)], &[]), Err(Error::Check(_))));
+        assert!(matches!(write(&path, &[], Query::Closest, &[ray(0.0)], &[]), Err(Error::Check(_))));
         assert!(!path.exists());
     }
 }

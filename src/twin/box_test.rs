@@ -58,6 +58,12 @@ impl Spans {
     pub fn enter0(&self) -> f32 {
         self.enter.x
     }
+
+    /// Distance at which child 0 is left.
+    #[inline(always)]
+    pub fn leave0(&self) -> f32 {
+        self.leave.x
+    }
 }
 
 /// `box_span` of both children: `planes[axis]` is `[low 0, high 0, low 1, high 1]`.

@@ -4,10 +4,12 @@ use glam::Vec3;
 
 use super::box_test::{BoxRay, box_spans};
 use super::exact::{exact_rcp, product_error};
-use super::vec::floored;
+use super::vec::{cross3, dot3, floored, floored3, max3};
 use crate::layout::Triangle;
 use crate::layout::{Hit, Ray};
-use crate::shared::{COORDINATE_FLOOR, EDGE_FLOOR, PRODUCT_FLOOR, SHEAR_FLOOR};
+use crate::shared::{
+    COORDINATE_FLOOR, DEPTH_CONDITION, EDGE_FLOOR, FAR_AWAY, NORMAL_FLOOR, POINT_FLOOR, PRODUCT_FLOOR, SHEAR_FLOOR,
+};
 
 /// A ray prepared for triangle tests: the axes, the direction's largest swapped with the last, and the shear
 /// along them.
@@ -65,6 +67,29 @@ fn outside(u: f32, v: f32, w: f32, least: f32) -> bool {
     u.min(v).min(w) < -least && u.max(v).max(w) > least
 }
 
+#[cold]
+fn plane_depth(ray: &Ray, shear: &Shear, triangle: &Triangle, weights: Vec3, depth: f32) -> f32 {
+    let v0 = Vec3::from(triangle.v0);
+    let (e, f) = (Vec3::from(triangle.v1) - v0, Vec3::from(triangle.v2) - v0);
+    let point = floored3((v0 - Vec3::from(ray.origin)) + (weights.y * e + weights.z * f), POINT_FLOOR);
+    let exponent = max3(e.abs()).max(max3(f.abs())).to_bits() & 0x7F80_0000;
+    let scale = f32::from_bits(0x7F00_0000 - exponent);
+    let normal = floored3(cross3(e * scale, f * scale), NORMAL_FLOOR);
+    let along = [shear.shear.x, shear.shear.y, 1.0];
+    // The axes are swapped in pairs, so that swapping them again turns them back.
+    let slope = dot3(normal, Vec3::from(shear.axes.map(|k| along[k])));
+    if slope == 0.0 { depth } else { dot3(normal, point) * exact_rcp(slope) }
+}
+
+#[inline(always)]
+fn hit_depth(ray: &Ray, shear: &Shear, triangle: &Triangle, [a, b, c]: [Vec3; 3], weights: Vec3, inverse: f32) -> f32 {
+    let depth = (weights.x * a.z + weights.y * b.z) + weights.z * c.z;
+    let largest = a.abs().max(b.abs()).max(c.abs());
+    let range = a.z.max(b.z).max(c.z) - a.z.min(b.z).min(c.z);
+    let cancelled = largest.x * largest.y * inverse.abs() * range > DEPTH_CONDITION * depth.abs();
+    if cancelled { plane_depth(ray, shear, triangle, weights, depth) } else { depth }
+}
+
 /// Takes the triangle if it is hit nearer than `hit`, or as near with a lower primitive id.
 #[inline(always)]
 pub fn intersect(ray: &Ray, box_ray: &BoxRay, shear: &Shear, triangle: &Triangle, hit: &mut Hit) {
@@ -85,18 +110,21 @@ pub fn intersect(ray: &Ray, box_ray: &BoxRay, shear: &Shear, triangle: &Triangle
     if det == 0.0 {
         return;
     }
+    let (v0, v1, v2) = (Vec3::from(triangle.v0), Vec3::from(triangle.v1), Vec3::from(triangle.v2));
+    let spans = box_spans(box_ray, v0.min(v1).min(v2), v0.max(v1).max(v2), -FAR_AWAY, FAR_AWAY);
+    if !spans.hits().0 || spans.enter0() > hit.t {
+        return;
+    }
     let inverse = exact_rcp(det);
-    // Weights first: u a.z is cubic in the size of the scene and would overflow early.
-    let weight = |edge: f32| floored(edge * inverse, EDGE_FLOOR);
-    let (u, v, w) = (weight(u), weight(v), weight(w));
-    let t = floored(((u * a.z + v * b.z) + w * c.z) * shear.shear.z, COORDINATE_FLOOR);
+    // Weights first: an edge function times a coordinate is cubic in the size of the scene and would overflow early.
+    let weights = floored3(Vec3::new(u, v, w) * inverse, EDGE_FLOOR);
+    let depth = hit_depth(ray, shear, triangle, [a, b, c], weights, inverse);
+    let t = floored(depth * shear.shear.z, COORDINATE_FLOOR).min(spans.leave0()).max(spans.enter0());
     if t < ray.t_min || t > hit.t {
         return;
     }
-    let (v0, v1, v2) = (Vec3::from(triangle.v0), Vec3::from(triangle.v1), Vec3::from(triangle.v2));
-    let spans = box_spans(box_ray, v0.min(v1).min(v2), v0.max(v1).max(v2), ray.t_min, ray.t_max);
-    let t = t.max(spans.enter0()).abs();
-    if spans.hits().0 && (t < hit.t || (t == hit.t && triangle.prim < hit.prim)) {
-        *hit = Hit { t, prim: triangle.prim, u: v, v: w };
+    let t = t.abs();
+    if t < hit.t || triangle.prim < hit.prim {
+        *hit = Hit { t, prim: triangle.prim, u: weights.y, v: weights.z };
     }
 }
