@@ -64,37 +64,25 @@ void store(uint at, QueueEntry entry, uint i, Hit hit, Travel travel, RayCounter
     pushed += uint(!is_end);
 }
 
+// A lane whose ray goes on here, in another subtree of its SM, is waited for: lanes that take records one by one cost
+// lavapipe 1.2x.
 void main() {
     Share share = first_share();
     uint steps = 0u;
-    bool holding = false;
-    QueueEntry entry;
-    uint i;
-    Ray ray;
-    BoxRay box;
-    Shear shear;
-    Hit hit;
-    Travel travel;
-    RayCounters counted;
-    while (holding || (share.at < share.end && !spent(steps))) {
-        if (!holding) {
-            entry = queue[share.at];
-            i = push.first + entry.ray;
-            ray = load_ray(i);
-            hit = hits[i];
-            travel = travels[entry.ray];
-            counted = NOTHING_COUNTED;
-            box = box_ray(ray, push.scene_low, push.scene_high);
-            shear = shear_of(ray.direction);
-            if (RECORD) begin_steps(step_starts[i], counters[i]);
-            taken += 1u;
-            holding = travel.subtree == entry.subtree;
-            if (!holding) {
-                faults += 1u;
-                next_entry(share);
-            }
-        }
-        if (holding) {
+    while (share.at < share.end && !spent(steps)) {
+        QueueEntry entry = queue[share.at];
+        uint i = push.first + entry.ray;
+        Ray ray = load_ray(i);
+        BoxRay box = box_ray(ray, push.scene_low, push.scene_high);
+        Shear shear = shear_of(ray.direction);
+        Hit hit = hits[i];
+        Travel travel = travels[entry.ray];
+        RayCounters counted = NOTHING_COUNTED;
+        if (RECORD) begin_steps(step_starts[i], counters[i]);
+        taken += 1u;
+        bool is_here = travel.subtree == entry.subtree;
+        bool goes_on = is_here;
+        while (goes_on) {
             Subtree subtree = Subtrees(push.subtrees).at[travel.subtree];
             if (COUNT && travel.link == subtree.root) counted.subtrees += 1u;
             Cursor cursor =
@@ -105,7 +93,7 @@ void main() {
                 travel.trail =
                     trail_of_stack(Nodes(push.nodes), subtree.root, subtree.level, cursor, travel.trail);
                 travel.link = cursor.link;
-                holding = false;
+                goes_on = false;
                 if (COUNT) counted.suspensions += 1u;
             } else {
                 uint next = LINK_DONE;
@@ -115,17 +103,16 @@ void main() {
                 }
                 travel = travel_to(next, travel.trail);
                 bool stays = next != LINK_DONE && Subtrees(push.subtrees).at[travel.subtree].owner == share.sm;
-                holding = stays && !spent(steps);
+                goes_on = stays && !spent(steps);
                 if (COUNT) {
                     if (stays) counted.bypasses += 1u;
                     else if (next != LINK_DONE) counted.migrations += 1u;
                 }
             }
-            if (!holding) {
-                store(share.at, entry, i, hit, travel, counted);
-                next_entry(share);
-            }
         }
+        if (is_here) store(share.at, entry, i, hit, travel, counted);
+        else faults += 1u;
+        next_entry(share);
     }
     add_to_round();
 }
