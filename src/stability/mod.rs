@@ -4,6 +4,7 @@
 mod boxes;
 mod caches;
 mod contention;
+mod distance;
 mod intervals;
 pub mod naive;
 mod overflow;
@@ -74,8 +75,9 @@ pub struct Study {
 pub type Driver = (&'static str, fn(Effort) -> Result<Study>);
 
 /// All methods, in the order of the report.
-pub const STUDIES: [Driver; 10] = [
+pub const STUDIES: [Driver; 11] = [
     ("triangle test", triangle::study),
+    ("distance", distance::study),
     ("ray offset", self_intersection::study),
     ("box test", boxes::study),
     ("quantised nodes", quantised::study),

@@ -26,6 +26,12 @@ pub fn moller_trumbore(ray: &Ray, [a, b, c]: [Vec3; 3]) -> bool {
     u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0
 }
 
+/// Distance along a ray of unit direction to the point that a hit's weights give.
+pub fn interpolated_distance(ray: &Ray, hit: &Hit, [a, b, c]: [Vec3; 3]) -> f32 {
+    let point = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+    (point - Vec3::from(ray.origin)).dot(ray.direction.into())
+}
+
 /// Distance that secondary rays leave out, whatever the size of the scene.
 pub const EPSILON: f32 = 1e-4;
 

@@ -28,6 +28,16 @@ fn moller_trumbore_leaks_far_from_the_origin_and_at_slivers_and_the_watertight_t
 }
 
 #[test]
+fn interpolated_distances_are_off_at_needles_and_flat_rays_and_those_by_the_plane_are_less() {
+    let rows = rows("distance");
+    let (needles, flat) = (row(&rows, "needles"), row(&rows, "slopes"));
+    // 16 roundings of the farthest corner, over the slope and the least distance, as in tests/distances.rs.
+    let least = 16.0 * f64::from(f32::EPSILON) / 2.0 * 1.5 / (0.5 * 0.1);
+    assert!(needles.naive_failure > 100.0 * least && needles.failure < least, "{needles:?}");
+    assert!(flat.naive_failure > 3.0 * flat.failure, "{flat:?}");
+}
+
+#[test]
 fn a_fixed_epsilon_shadows_large_scenes_and_leaks_in_small_ones_and_the_relative_offset_does_not() {
     let rows = rows("ray offset");
     assert_fails_alone(&rows[0], 0.01);
