@@ -5,9 +5,10 @@ mod common;
 
 use caribou::bvh::{Bvh, Quality};
 use caribou::layout::{Hit, Ray};
-use caribou::trace::Query;
+use caribou::trace::{Query, TracerOptions};
 use caribou::twin::random::pcg;
 use caribou::twin::trace::trace_closest;
+use common::faults::{Fault, gpu_with_fault};
 use glam::{DVec3, Vec3};
 
 const TRIANGLES: u32 = 4_000;
@@ -120,4 +121,23 @@ fn gpu_distances_equal_the_twins() {
             assert_eq!(bytemuck::bytes_of(a), bytemuck::bytes_of(b), "{:?}", rays[i]);
         }
     }
+}
+
+/// Whether a device with the fault finds other hits than the twin; nothing without a device.
+fn differs(original: &'static str, planted: &'static str) -> Option<bool> {
+    let fault = Fault { file: "include/triangle.glsl", original, planted };
+    let (gpu, _folder) = gpu_with_fault(&["direct", "direct_cpu"], fault)?;
+    let (_, bvh, rays) = scene();
+    let hits = common::trace_on(&gpu, &bvh, &rays, Query::Closest, TracerOptions::default()).0;
+    Some(hits != trace_closest(&bvh, &rays).0)
+}
+
+#[test]
+fn planted_faults_in_the_distance() {
+    let call = "plane_depth(ray, shear, triangle, weights, depth) : depth";
+    assert!(differs("? plane_depth", "?  plane_depth").is_none_or(|differs| !differs));
+    assert!(differs(call, "depth : depth").is_none_or(|differs| differs), "weights alone");
+    let moved = "weights.y * e + weights.z * f";
+    assert!(differs(moved, "weights.y * e * 0.0").is_none_or(|differs| differs), "a corner in place of the point");
+    assert!(differs("* range >", "* range * 64.0 >").is_none_or(|differs| differs), "the plane where weights would do");
 }
