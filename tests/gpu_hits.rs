@@ -3,18 +3,15 @@
 
 mod common;
 
-use caribou::layout::{Hit, RayCounters};
+use caribou::layout::{Hit, Ray, RayCounters};
 use caribou::trace::Query;
 use caribou::twin;
 
 use common::{both_kernels, rays_around, trace_on};
 
-fn assert_equal(what: &str, device: &(Vec<Hit>, Vec<RayCounters>), twin: &(Vec<Hit>, Vec<RayCounters>)) {
+fn assert_equal(what: &str, device: &(Vec<Hit>, Vec<RayCounters>), twin: &(Vec<Hit>, Vec<RayCounters>), rays: &[Ray]) {
     assert!(twin.0.iter().any(Hit::is_hit) && !twin.0.iter().all(Hit::is_hit), "{what}: hits and misses");
-    for i in 0..twin.0.len() {
-        assert_eq!(bytemuck::bytes_of(&device.0[i]), bytemuck::bytes_of(&twin.0[i]), "{what}: hit of ray {i}");
-        assert_eq!(device.1[i], twin.1[i], "{what}: counters of ray {i}");
-    }
+    common::assert_same(what, device, twin, rays);
 }
 
 #[test]
@@ -25,8 +22,8 @@ fn gpu_hits_and_counters_equal_the_twins() {
         let closest = twin::trace::trace_closest(&bvh, &rays);
         let any = twin::trace::trace_any(&bvh, &rays);
         for options in both_kernels(None) {
-            assert_equal(&name, &trace_on(&gpu, &bvh, &rays, Query::Closest, options), &closest);
-            assert_equal(&name, &trace_on(&gpu, &bvh, &rays, Query::Any, options), &any);
+            assert_equal(&name, &trace_on(&gpu, &bvh, &rays, Query::Closest, options), &closest, &rays);
+            assert_equal(&name, &trace_on(&gpu, &bvh, &rays, Query::Any, options), &any, &rays);
         }
     }
 }
@@ -39,7 +36,7 @@ fn gpu_hits_are_the_same_with_any_step_limit() {
     let closest = twin::trace::trace_closest(&bvh, &rays);
     let any = twin::trace::trace_any(&bvh, &rays);
     for options in [1, 7, 100].into_iter().flat_map(|limit| both_kernels(Some(limit))) {
-        assert_equal("closest", &trace_on(&gpu, &bvh, &rays, Query::Closest, options), &closest);
-        assert_equal("any", &trace_on(&gpu, &bvh, &rays, Query::Any, options), &any);
+        assert_equal("closest", &trace_on(&gpu, &bvh, &rays, Query::Closest, options), &closest, &rays);
+        assert_equal("any", &trace_on(&gpu, &bvh, &rays, Query::Any, options), &any, &rays);
     }
 }

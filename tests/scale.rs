@@ -4,7 +4,7 @@
 mod common;
 
 use caribou::bvh::{Bvh, Quality};
-use caribou::layout::{Hit, Ray, RayCounters};
+use caribou::layout::{Hit, Ray};
 use caribou::scene::floored;
 use caribou::trace::Query;
 use caribou::twin::trace::trace_closest;
@@ -23,13 +23,6 @@ fn scaled_rays(rays: &[Ray], scale: f32) -> Vec<Ray> {
 fn rays(mesh: &Closed) -> Vec<Ray> {
     // Unit directions, as those of all generators: the others would be scaled too.
     (0..20_000).filter(|i| (i / 8u32).is_multiple_of(2)).map(|i| ray(mesh, i)).collect()
-}
-
-fn assert_same(what: &str, device: &(Vec<Hit>, Vec<RayCounters>), twin: &(Vec<Hit>, Vec<RayCounters>), rays: &[Ray]) {
-    for (i, ray) in rays.iter().enumerate() {
-        let same = bytemuck::bytes_of(&device.0[i]) == bytemuck::bytes_of(&twin.0[i]) && device.1[i] == twin.1[i];
-        assert!(same, "{what}: {:?}, {:?} for {ray:?}", device.0[i], twin.0[i]);
-    }
 }
 
 #[test]
@@ -73,7 +66,7 @@ fn gpu_hits_equal_the_twins_at_any_scale() {
             let twin = trace_closest(&bvh, &rays);
             for options in common::both_kernels(None) {
                 let device = common::trace_on(&gpu, &bvh, &rays, Query::Closest, options);
-                assert_same(&format!("{}, 2^{exponent}", mesh.name), &device, &twin, &rays);
+                common::assert_same(&format!("{}, 2^{exponent}", mesh.name), &device, &twin, &rays);
             }
         }
     }

@@ -45,10 +45,7 @@ fn gpu_hits_inside_closed_meshes_equal_the_twins() {
         let twin = twin::trace::trace_closest(&bvh, &rays);
         for options in common::both_kernels(None) {
             let device = common::trace_on(&gpu, &bvh, &rays, Query::Closest, options);
-            for (i, (a, b)) in device.0.iter().zip(&twin.0).enumerate() {
-                assert_eq!(bytemuck::bytes_of(a), bytemuck::bytes_of(b), "{}: {:?}", mesh.name, rays[i]);
-            }
-            assert!(device.1 == twin.1, "{}: counters", mesh.name);
+            common::assert_same(mesh.name, &device, &twin, &rays);
         }
     }
 }

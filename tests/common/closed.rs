@@ -54,7 +54,7 @@ fn surface(n: i32, place: &dyn Fn(IVec3) -> Vec3) -> Vec<[Vec3; 3]> {
 }
 
 /// The next number in 0 .. 1.
-fn random(state: &mut u32) -> f32 {
+pub fn random(state: &mut u32) -> f32 {
     *state = pcg(*state);
     (*state >> 8) as f32 / (1 << 24) as f32
 }

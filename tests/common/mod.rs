@@ -123,6 +123,19 @@ pub fn both_kernels(step_limit: Option<u32>) -> [TracerOptions; 2] {
     [false, true].map(|gpu_kernels| TracerOptions { step_limit, gpu_kernels, ..TracerOptions::default() })
 }
 
+/// Panics at the first ray whose hit or counters differ from the twin's in a bit.
+pub fn assert_same(
+    what: &str,
+    device: &(Vec<Hit>, Vec<RayCounters>),
+    twin: &(Vec<Hit>, Vec<RayCounters>),
+    rays: &[Ray],
+) {
+    for (i, ray) in rays.iter().enumerate() {
+        let same = bytemuck::bytes_of(&device.0[i]) == bytemuck::bytes_of(&twin.0[i]) && device.1[i] == twin.1[i];
+        assert!(same, "{what}: {:?}, {:?} for {ray:?}", device.0[i], twin.0[i]);
+    }
+}
+
 /// Rays from around the scene towards it, axis-parallel ones among them.
 pub fn rays_around(scene: &Scene, count: u32) -> Vec<Ray> {
     let (low, high) = scene.bounds().unwrap();
