@@ -3,5 +3,6 @@
 // As migrate, for the lanes of a software driver.
 #define CPU_LANES
 #define TREE_TEXELS 8
-#define TOP_TEXELS 9
+#define HIT_TEXELS 9
+#define TRAVEL_TEXELS 10
 #include "migrate.glsl"

@@ -3,5 +3,4 @@
 // As schedule, for the lanes of a software driver.
 #define CPU_LANES
 #define TREE_TEXELS 8
-#define TOP_TEXELS 9
 #include "schedule.glsl"

@@ -1,8 +1,9 @@
 // The BVH by address: scenes may be larger than a storage-buffer binding.
 //
-// CPU_LANES (the `*_cpu.comp` kernels) reads texels, from the binding TREE_TEXELS: nodes, then triangles. lavapipe
-// gathers other loads with a branch a lane and 64 bits at most, which took two thirds of the time; its texel fetch
-// loads 128 bits a lane and transposes them. 1.2x to 1.3x on lavapipe 25. Of the addresses only the distance is used.
+// CPU_LANES (the `*_cpu.comp` kernels) reads texels, from the binding TREE_TEXELS: nodes, those of the top tree, subtrees,
+// then triangles. lavapipe gathers other loads with a branch a lane and 64 bits at most, which took two thirds of the
+// time; its texel fetch loads 128 bits a lane and transposes them. 1.2x to 1.3x on lavapipe 25. Of the addresses only
+// the distance is used.
 //
 // With QUANTISED (the `*_quantised*.comp` kernels) nodes are those of quantised.glsl, decoded as they are loaded.
 #ifndef GEOMETRY_GLSL
@@ -58,9 +59,9 @@ Node node_of(Texels texels, uint i) {
     return Node(uintBitsToFloat(texels.at[0]), uintBitsToFloat(texels.at[1]), uintBitsToFloat(texels.at[2]), links.xy,
                 links.z, links.w);
 }
+Node load_node(Nodes nodes, uint i) { return node_of(fetch_texels(tree_texels, node_texel(i)), i); }
 // Links of a node's children, its parent, and its level.
-uvec4 fetch_links(usamplerBuffer texels, uint i) { return texelFetch(texels, int(node_texel(i) + 3u)); }
-uvec4 load_links(Nodes nodes, uint i) { return fetch_links(tree_texels, i); }
+uvec4 load_links(Nodes nodes, uint i) { return texelFetch(tree_texels, int(node_texel(i) + 3u)); }
 #endif
 
 Triangle triangle_of(Texels texels) {
@@ -88,12 +89,4 @@ uvec2 load_children(Nodes nodes, uint i) { return decode_children(i, nodes.at[i]
 uvec2 load_children(Nodes nodes, uint i) { return load_links(nodes, i).xy; }
 #endif
 
-#ifdef TOP_TEXELS
-layout(set = 0, binding = TOP_TEXELS) uniform usamplerBuffer top_texels;
-Node load_top_node(Nodes top, uint i) { return node_of(fetch_texels(top_texels, node_texel(i)), i); }
-uvec4 load_top_links(Nodes top, uint i) { return fetch_links(top_texels, i); }
-#elif !defined(TREE_TEXELS) && !defined(QUANTISED)
-Node load_top_node(Nodes top, uint i) { return load_node(top, i); }
-uvec4 load_top_links(Nodes top, uint i) { return load_links(top, i); }
-#endif
 #endif

@@ -4,7 +4,7 @@
 #ifdef HARDWARE_SM
 #extension GL_NV_shader_sm_builtins : require
 #endif
-#include "migration.glsl"
+#include "top_tree.glsl"
 
 layout(local_size_x_id = SPEC_WORKGROUP) in;
 
@@ -75,15 +75,15 @@ void main() {
         Ray ray = load_ray(i);
         BoxRay box = box_ray(ray, push.scene_low, push.scene_high);
         Shear shear = shear_of(ray.direction);
-        Hit hit = hits[i];
-        Travel travel = travels[entry.ray];
+        Hit hit = load_hit(i);
+        Travel travel = load_travel(entry.ray);
         RayCounters counted = NOTHING_COUNTED;
         if (RECORD) begin_steps(step_starts[i], counters[i]);
         taken += 1u;
         bool is_here = travel.subtree == entry.subtree;
         bool goes_on = is_here;
+        Subtree subtree = load_subtree(entry.subtree);
         while (goes_on) {
-            Subtree subtree = Subtrees(push.subtrees).at[travel.subtree];
             if (COUNT && travel.link == subtree.root) counted.subtrees += 1u;
             Cursor cursor =
                 cursor_of_trail(Nodes(push.nodes), subtree.root, subtree.level, travel.link, travel.trail);
@@ -98,11 +98,17 @@ void main() {
             } else {
                 uint next = LINK_DONE;
                 if (!ANY_HIT || hit.prim == NO_HIT) {
-                    next = next_subtree(Nodes(push.top), Places(push.places), ray, box, hit.t, LINK_DONE, subtree.parent,
-                                        LEAF_BIT | travel.subtree, travel.trail, counted, steps);
+                    next = next_subtree(ray, box, hit.t, LINK_DONE, subtree.parent, SUBTREE_LINK | travel.subtree,
+                                        travel.trail, counted, steps);
                 }
-                travel = travel_to(next, travel.trail);
-                bool stays = next != LINK_DONE && Subtrees(push.subtrees).at[travel.subtree].owner == share.sm;
+                bool stays = false;
+                if (next == LINK_DONE) {
+                    travel = TRAVEL_DONE;
+                } else {
+                    subtree = load_subtree(subtree_of(next));
+                    travel = Travel(travel.trail, subtree.root, subtree_of(next));
+                    stays = subtree.owner == share.sm;
+                }
                 goes_on = stays && !spent(steps);
                 if (COUNT) {
                     if (stays) counted.bypasses += 1u;

@@ -3,8 +3,8 @@
 // The record of a ray is rays[i], hits[i] and travels[i]: 32 + 16 + 16 bytes. Queues hold indices.
 #ifndef MIGRATION_GLSL
 #define MIGRATION_GLSL
+#include "geometry.glsl"
 #include "ray_buffer.glsl"
-#include "top_tree.glsl"
 
 layout(set = 0, binding = 1, std430) buffer Hits { Hit hits[]; };
 layout(set = 0, binding = 2, std430) buffer Counters { RayCounters counters[]; };
@@ -15,6 +15,7 @@ layout(set = 0, binding = 6, std430) buffer Rounds { Round rounds[]; };
 layout(set = 0, binding = 7, std430) readonly buffer StepStarts { uvec2 step_starts[]; };
 
 layout(buffer_reference, std430, buffer_reference_align = 16) readonly buffer Subtrees { Subtree at[]; };
+layout(buffer_reference, std430, buffer_reference_align = 4) readonly buffer Places { uint at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 4) buffer Words { uint at[]; };
 layout(buffer_reference, std430, buffer_reference_align = 16) writeonly buffer Visits { Visit at[]; };
 
@@ -25,12 +26,12 @@ layout(push_constant, std430) uniform MigratePush {
     uint first;
     vec3 scene_high;
     uint count;
-    uvec2 top;
     uvec2 places;
     uvec2 subtrees;
     uvec2 shares;
     uvec2 visits;
     uvec2 taken_of_sm;
+    uint first_top;
     uint root;
     uint round;
     uint parity;
@@ -38,18 +39,45 @@ layout(push_constant, std430) uniform MigratePush {
     uint lanes; // of a workgroup
 } push;
 
+// A top node's index in the whole tree.
+uint place_of(uint link) { return Places(push.places).at[link - push.first_top]; }
+
+uint subtree_of(uint link) { return link & ~SUBTREE_LINK; }
+
+Subtree load_subtree(uint i) {
+#ifdef TREE_TEXELS
+    uvec4 texel = texelFetch(tree_texels, int((push.subtrees.x - push.nodes.x) / TEXEL_BYTES + i));
+    return Subtree(texel.x, texel.y, texel.z, texel.w);
+#else
+    return Subtrees(push.subtrees).at[i];
+#endif
+}
+
+const Travel TRAVEL_DONE = Travel(uvec2(0u), LINK_DONE, LINK_DONE);
+
+#ifdef HIT_TEXELS
+layout(set = 0, binding = HIT_TEXELS) uniform usamplerBuffer hit_texels;
+layout(set = 0, binding = TRAVEL_TEXELS) uniform usamplerBuffer travel_texels;
+
+Hit load_hit(uint i) {
+    uvec4 texel = texelFetch(hit_texels, int(i));
+    return Hit(uintBitsToFloat(texel.x), texel.y, uintBitsToFloat(texel.z), uintBitsToFloat(texel.w));
+}
+
+Travel load_travel(uint i) {
+    uvec4 texel = texelFetch(travel_texels, int(i));
+    return Travel(texel.xy, texel.z, texel.w);
+}
+#else
+Hit load_hit(uint i) { return hits[i]; }
+Travel load_travel(uint i) { return travels[i]; }
+#endif
+
 RayCounters sum(RayCounters a, RayCounters b) {
     return RayCounters(a.node_visits + b.node_visits, a.triangle_tests + b.triangle_tests, a.leaf_visits + b.leaf_visits,
                        a.stack_operations + b.stack_operations, a.top_visits + b.top_visits,
                        a.top_stack_operations + b.top_stack_operations, a.climbs + b.climbs, a.subtrees + b.subtrees,
                        a.migrations + b.migrations, a.bypasses + b.bypasses, a.suspensions + b.suspensions, 0u);
-}
-
-// Where a ray stands that is to enter the subtree of a top-tree link, or has ended with LINK_DONE.
-Travel travel_to(uint link, uvec2 trail) {
-    if (link == LINK_DONE) return Travel(uvec2(0u), LINK_DONE, LINK_DONE);
-    uint subtree = link & ~LEAF_BIT;
-    return Travel(trail, Subtrees(push.subtrees).at[subtree].root, subtree);
 }
 
 // Sums over the invocation's rays, added to the round's at its end.

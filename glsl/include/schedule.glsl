@@ -1,6 +1,6 @@
 // Every ray's first walk of the top tree (Zhu and Deng 2013, section IV.A): its hit so far is a miss, its
 // queue that of the first subtree that it meets.
-#include "migration.glsl"
+#include "top_tree.glsl"
 #include "batch.glsl"
 
 layout(local_size_x = 32) in;
@@ -17,15 +17,15 @@ void main() {
     if (RECORD) begin_steps(step_starts[i], counted);
     if (ray.t_max >= ray.t_min) {
         uint steps = 0u;
-        next = next_subtree(Nodes(push.top), Places(push.places), ray, box_ray(ray, push.scene_low, push.scene_high), ray.t_max, push.root,
-                            0u, 0u, trail, counted, steps);
+        BoxRay box = box_ray(ray, push.scene_low, push.scene_high);
+        next = next_subtree(ray, box, ray.t_max, push.root, 0u, 0u, trail, counted, steps);
         pushed += uint(next != LINK_DONE);
         ended += uint(next == LINK_DONE);
     }
     hits[i] = Hit(ray.t_max, NO_HIT, 0.0, 0.0);
     if (COUNT) counters[i] = counted;
-    Travel travel = travel_to(next, trail);
-    if (next != LINK_DONE) travels[local] = travel;
-    queue[local] = QueueEntry(local, travel.subtree);
+    uint subtree = next == LINK_DONE ? LINK_DONE : subtree_of(next);
+    if (next != LINK_DONE) travels[local] = Travel(trail, load_subtree(subtree).root, subtree);
+    queue[local] = QueueEntry(local, subtree);
     add_to_round();
 }

@@ -13,6 +13,8 @@ const uint LEAF_COUNT_MASK = 15u;
 const uint LEAF_FIRST_MASK = 0x07FFFFFFu;
 // Link that ends a traversal: reads as a leaf of 15 triangles, more than any leaf holds.
 const uint LINK_DONE = 0xFFFFFFFFu;
+// Link from the top tree to a subtree, whose index is added: reads as a leaf of 14 triangles, more than any holds.
+const uint SUBTREE_LINK = 0xF0000000u;
 // Most triangles a leaf may hold.
 const uint MAX_LEAF_TRIANGLES = 8u;
 // Entries of the traversal stack, and bits of a trail; the builder makes no deeper trees.

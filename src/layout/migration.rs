@@ -91,9 +91,7 @@ shared! {
         scene_high: [f32; 3],
         /// Rays to trace.
         count: u32,
-        /// Address of the top tree's nodes.
-        top: [u32; 2],
-        /// Address of their indices in the whole tree.
+        /// Address of the top tree's nodes' indices in the whole tree.
         places: [u32; 2],
         /// Address of the subtrees.
         subtrees: [u32; 2],
@@ -103,6 +101,8 @@ shared! {
         visits: [u32; 2],
         /// Address of the entries taken so far from each SM's queues, where SM numbers are the hardware's.
         taken_of_sm: [u32; 2],
+        /// Index of the first node of the top tree.
+        first_top: u32,
         /// Where a walk of the top tree begins.
         root: u32,
         /// Index of the round in the round sums.

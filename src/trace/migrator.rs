@@ -7,7 +7,7 @@ use super::queues::Queues;
 use super::stream::Stream;
 use super::tracer::{RayBuffers, steps_in_turn};
 use crate::bvh::{Bvh, Partition};
-use crate::layout::{MigratePush, Node, QueueEntry, RayCounters, Round, Travel, Visit};
+use crate::layout::{MigratePush, QueueEntry, RayCounters, Round, Travel, Visit};
 use crate::shared::*;
 use crate::vulkan::{Buffer, Gpu, Pipeline, Place};
 use crate::{Error, Result};
@@ -34,7 +34,8 @@ pub struct MigrationKernels {
 /// Partition, records and queues for a number of rays.
 pub struct Migrator {
     partition: Partition,
-    tables: Tables,
+    /// Of each node of the top tree: its index in the whole tree.
+    places: Buffer,
     queues: Queues,
     travels: Buffer,
     /// Entries taken so far from each SM's queues, where SM numbers are the hardware's.
@@ -42,13 +43,6 @@ pub struct Migrator {
     most_rays: u32,
     /// Invocations of an SM.
     lanes: u32,
-}
-
-/// The partition on the device.
-struct Tables {
-    top: Buffer,
-    places: Buffer,
-    subtrees: Buffer,
 }
 
 impl Migrator {
@@ -72,15 +66,8 @@ impl Migrator {
             ),
             other => other,
         };
-        // A buffer holds at least a node, so that it can be bound.
-        let nothing = [Node::default()];
-        let top = if partition.top.is_empty() { &nothing[..] } else { &partition.top[..] };
         Ok(Migrator {
-            tables: Tables {
-                top: gpu.upload("top tree", top)?,
-                places: gpu.upload("places of the top tree", &partition.top_places)?,
-                subtrees: gpu.upload("subtrees", &partition.subtrees)?,
-            },
+            places: gpu.upload("places of the top tree", &partition.top_places)?,
             queues: Queues::new(gpu, &partition, most_rays, ROUNDS_A_SUBMISSION).map_err(short)?,
             partition,
             travels: gpu.buffer("travels", travels, Place::Device).map_err(short)?,
@@ -91,6 +78,11 @@ impl Migrator {
             most_rays,
             lanes: machine.warps_per_sm * WARP,
         })
+    }
+
+    /// How the tree is cut.
+    pub fn partition(&self) -> &Partition {
+        &self.partition
     }
 
     /// Most rays at a time.
@@ -206,7 +198,11 @@ impl Run<'_> {
     }
 
     fn push(&self, round: u32) -> MigratePush {
-        let tables = &self.migrator.tables;
+        let Migrator { partition, .. } = self.migrator;
+        let root = match partition.root & LEAF_BIT {
+            0 => self.geometry.first_top + partition.root,
+            _ => partition.root,
+        };
         MigratePush {
             nodes: self.geometry.nodes(),
             triangles: self.geometry.triangles(),
@@ -214,16 +210,16 @@ impl Run<'_> {
             first: self.first,
             scene_high: self.geometry.bounds[1],
             count: self.count,
-            top: address(&tables.top),
-            places: address(&tables.places),
-            subtrees: address(&tables.subtrees),
+            places: address(&self.migrator.places),
+            subtrees: self.geometry.subtrees(),
             shares: address(&self.migrator.queues.shares),
             visits: self.visits.as_ref().map_or([0; 2], address),
             taken_of_sm: self.migrator.taken_of_sm.as_ref().map_or([0; 2], address),
-            root: self.migrator.partition.root,
+            first_top: self.geometry.first_top,
+            root,
             round,
             parity: self.parity,
-            sms: self.migrator.partition.sms(),
+            sms: partition.sms(),
             lanes: self.migrator.lanes,
         }
     }
@@ -243,16 +239,15 @@ impl Run<'_> {
             &queues.rounds,
             buffers.steps.map_or(unused, |steps| &steps.starts),
         ];
-        if !pipeline.kernel().interface().texels.is_empty() {
-            bound.extend([&self.geometry.tree, &self.migrator.tables.top]);
-        }
+        // Read as texels, by kernels that do.
+        let texels = [&self.geometry.tree, buffers.hits, travels];
+        let more = pipeline.kernel().interface().bindings as usize - bound.len();
+        bound.extend(&texels[..more]);
         bound
     }
 
     fn reached(&self) -> Vec<&Buffer> {
-        let tables = &self.migrator.tables;
-        let mut reached =
-            vec![&self.geometry.tree, &tables.top, &tables.places, &tables.subtrees, &self.migrator.queues.shares];
+        let mut reached = vec![&self.geometry.tree, &self.migrator.places, &self.migrator.queues.shares];
         reached.extend(&self.visits);
         reached.extend(&self.migrator.taken_of_sm);
         reached.extend(self.buffers.steps.map(|steps| &steps.words));

@@ -135,18 +135,24 @@ impl Tracer {
         options.check()?;
         let machine = &options.machine;
         let most_rays = most_rays.max(1);
-        let geometry = Geometry::upload(gpu, bvh, options.nodes)?;
+        // Before the tree: whether there is room for rays and queues is known at once.
+        let migrator = match options.strategy {
+            Strategy::Migrate => Some(Box::new(Migrator::new(gpu, bvh, machine, most_rays)?)),
+            _ => None,
+        };
+        let partition = migrator.as_ref().map(|migrator| migrator.partition());
+        let geometry = Geometry::upload(gpu, bvh, options.nodes, partition)?;
         let limits = &gpu.info().limits;
         // All of the tree and of any buffer of rays as texels, with distances in bytes of 32 bits.
         let (tree, texels) = (geometry.tree.bytes(), limits.texel_buffer_range);
         let fits = tree.max(limits.storage_buffer_range) <= texels && u32::try_from(tree).is_ok();
         let cpu_lanes = gpu.info().kind == DeviceKind::Cpu && fits && !options.gpu_kernels;
         let whole_tree = |dealt| WholeTree::new(gpu, dealt, step_limit.is_some(), most_rays);
-        let plan = match options.strategy {
-            Strategy::Direct if cpu_lanes && step_limit.is_none() => Plan::Direct(whole_tree(Dealt::Strips)?),
-            Strategy::Direct => Plan::Direct(whole_tree(Dealt::Each)?),
-            Strategy::Persistent => Plan::Persistent(whole_tree(Dealt::OnDemand(machine.invocations()))?),
-            Strategy::Migrate => Plan::Migrate(Box::new(Migrator::new(gpu, bvh, machine, most_rays)?)),
+        let plan = match (options.strategy, migrator) {
+            (Strategy::Migrate, Some(migrator)) => Plan::Migrate(migrator),
+            (Strategy::Persistent, _) => Plan::Persistent(whole_tree(Dealt::OnDemand(machine.invocations()))?),
+            _ if cpu_lanes && step_limit.is_none() => Plan::Direct(whole_tree(Dealt::Strips)?),
+            _ => Plan::Direct(whole_tree(Dealt::Each)?),
         };
         Ok(Tracer { cpu_lanes, geometry, nodes: options.nodes, spec, plan })
     }

@@ -70,7 +70,7 @@ pub fn virtual_l1(
     assert!(warps <= VIRTUAL_WARPS && ways <= WARP && sets * ways <= VIRTUAL_LINES, "{machine:?}");
     let slots = sms * warps;
     let threads = u64::from(slots * WARP);
-    let geometry = Geometry::upload(gpu, bvh, NodeFormat::Full)?;
+    let geometry = Geometry::upload(gpu, bvh, NodeFormat::Full, None)?;
     let first_warps: Vec<WarpSlot> = (0..slots).map(|warp| WarpSlot { warp, phase: 0 }).collect();
     let slot_buffer = gpu.upload("warps of virtual SMs", &first_warps)?;
     let counts = gpu.upload("counts of virtual L1s", &vec![AccessCounts::default(); (sms * ACCESS_KINDS) as usize])?;

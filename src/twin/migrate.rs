@@ -8,7 +8,7 @@ use super::trail::{Trail, cursor_of_trail, trail_of_stack};
 use super::traverse::{StepSink, traverse};
 use crate::bvh::{Bvh, Partition};
 use crate::layout::{Hit, QueueEntry, Ray, RayCounters, Travel, Visit};
-use crate::shared::{LEAF_BIT, LINK_DONE, NO_HIT, WARP};
+use crate::shared::{LINK_DONE, NO_HIT, SUBTREE_LINK, WARP};
 
 /// A tree, its partition, and how many invocations an SM has.
 #[derive(Clone, Copy)]
@@ -149,7 +149,7 @@ impl<'a, S: StepSink> Migration<'a, S> {
             }
             let mut next = LINK_DONE;
             if !ANY_HIT || hit.prim == NO_HIT {
-                let stand = Stand { link: LINK_DONE, above: subtree.parent, came_from: LEAF_BIT | travel.subtree };
+                let stand = Stand { link: LINK_DONE, above: subtree.parent, came_from: SUBTREE_LINK | travel.subtree };
                 next = next_subtree(partition, &ray, hit.t, stand, (&mut trail, &mut counted, &mut sink, steps));
             }
             travel = travel_to(partition, next, trail);
@@ -173,6 +173,6 @@ fn travel_to(partition: &Partition, link: u32, trail: Trail) -> Travel {
     if link == LINK_DONE {
         return Travel { trail: [0; 2], link: LINK_DONE, subtree: LINK_DONE };
     }
-    let subtree = link & !LEAF_BIT;
+    let subtree = link & !SUBTREE_LINK;
     Travel { trail: trail.words(), link: partition.subtrees[subtree as usize].root, subtree }
 }

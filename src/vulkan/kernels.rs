@@ -71,11 +71,11 @@ kernels! {
     DirectQuantisedCpu: "direct_quantised_cpu", 8,        [0, 7],     56,         32;
     Persistent:         "persistent",           7,        [],         56,         32;
     PersistentCpu:      "persistent_cpu",       8,        [0, 7],     56,         32;
-    Schedule:           "schedule",             8,        [],         116,        32;
-    ScheduleCpu:        "schedule_cpu",         10,       [0, 8, 9],  116,        32;
-    Migrate:            "migrate",              8,        [],         116,        1; // a specialization constant
-    MigrateCpu:         "migrate_cpu",          10,       [0, 8, 9],  116,        1;
-    MigrateSm:          "migrate_sm",           8,        [],         116,        1;
+    Schedule:           "schedule",             8,        [],         112,        32;
+    ScheduleCpu:        "schedule_cpu",         9,        [0, 8],     112,        32;
+    Migrate:            "migrate",              8,        [],         112,        1; // a specialization constant
+    MigrateCpu:         "migrate_cpu",          11,       [0, 8, 9, 10], 112,        1;
+    MigrateSm:          "migrate_sm",           8,        [],         112,        1;
     QueueCount:         "queue_count",          3,        [],         16,         32;
     QueuePrefix:        "queue_prefix",         3,        [],         16,         256;
     QueueScatter:       "queue_scatter",        4,        [],         16,         32;

@@ -18,7 +18,7 @@ use glam::Vec3;
 
 use super::Bvh;
 use crate::layout::{Node, Subtree};
-use crate::shared::LEAF_BIT;
+use crate::shared::{LEAF_BIT, SUBTREE_LINK};
 use crate::{Error, Result};
 use cut::Cut;
 use measure::{Below, Measures};
@@ -37,8 +37,8 @@ pub struct Hierarchy<'a> {
 
 /// A top tree and subtrees.
 ///
-/// Nodes of the top tree are copies in depth-first order. Where a child begins a subtree, its link is that
-/// of a leaf ([`LEAF_BIT`]) whose low bits are the subtree's index. Links inside subtrees are those of the
+/// Nodes of the top tree are copies in depth-first order. Where a child begins a subtree, its link is
+/// [`SUBTREE_LINK`] with the subtree's index in the low bits. Links inside subtrees are those of the
 /// whole tree.
 #[derive(Clone, Debug)]
 pub struct Partition {
@@ -139,8 +139,8 @@ impl Partition {
         self.below = order.iter().map(|&old| self.below[old]).collect();
         for (&old, index) in order.iter().zip(0..) {
             match places[old] {
-                Some((parent, side)) => self.top[parent as usize].child[side] = LEAF_BIT | index,
-                None => self.root = LEAF_BIT | index,
+                Some((parent, side)) => self.top[parent as usize].child[side] = SUBTREE_LINK | index,
+                None => self.root = SUBTREE_LINK | index,
             }
         }
         let first = |sm| self.subtrees.partition_point(|subtree| subtree.owner < sm) as u32;

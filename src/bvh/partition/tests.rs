@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::{MAX_SMS, Owners, Partition, PartitionStatistics, Policy};
 use crate::bvh::{Bvh, Quality};
 use crate::scene::procedural;
-use crate::shared::LEAF_BIT;
+use crate::shared::{LEAF_BIT, SUBTREE_LINK};
 
 const POLICIES: [&str; 12] = [
     "level:0",
@@ -55,7 +55,7 @@ fn one_subtree_needs_no_top_tree() {
     let bvh = triangles(40);
     for policy in ["level:0", "bytes:1GiB"] {
         let partition = cut(&bvh, policy, 4);
-        assert_eq!((partition.top.len(), partition.root, partition.subtrees.len()), (0, LEAF_BIT, 1), "{policy}");
+        assert_eq!((partition.top.len(), partition.root, partition.subtrees.len()), (0, SUBTREE_LINK, 1), "{policy}");
     }
 }
 
@@ -97,9 +97,9 @@ fn validation_finds_planted_faults() {
     type Fault = fn(&mut Partition);
     let faults: [(&str, Fault); 7] = [
         ("a subtree linked twice", |p| {
-            let last = p.subtrees.len() as u32 - 1;
+            let last = SUBTREE_LINK | (p.subtrees.len() as u32 - 1);
             let node = p.top.iter_mut().find(|node| node.child[0] & LEAF_BIT != 0).unwrap();
-            node.child[0] = if node.child[0] == LEAF_BIT | last { LEAF_BIT } else { LEAF_BIT | last };
+            node.child[0] = if node.child[0] == last { SUBTREE_LINK } else { last };
         }),
         ("a wrong owner", |p| p.subtrees[0].owner = 14),
         ("a wrong range of an SM", |p| p.first_of_sm[3] += 1),

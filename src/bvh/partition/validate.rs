@@ -4,7 +4,7 @@ use super::Partition;
 use super::policy::Policy;
 use crate::bvh::Bvh;
 use crate::layout::Node;
-use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT};
+use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT, SUBTREE_LINK};
 
 impl Partition {
     /// Checks the structure against the tree: the top tree is a closed copy of its upper part, every leaf is
@@ -64,7 +64,7 @@ impl Walk<'_> {
         let mut pending = vec![(self.partition.root, 0u32, 0u32, 0u32)];
         while let Some((link, whole, parent, level)) = pending.pop() {
             if link & LEAF_BIT != 0 {
-                self.subtree(link ^ LEAF_BIT, whole, parent, level)?;
+                self.subtree(link.wrapping_sub(SUBTREE_LINK), whole, parent, level)?;
                 continue;
             }
             let node = self.partition.top.get(link as usize).ok_or(format!("top node {link} is none"))?;
