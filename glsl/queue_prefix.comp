@@ -16,13 +16,14 @@ layout(push_constant, std430) uniform QueuePush {
     uint shift;
     uint round;
     uint sms;
+    uint digits;
 } push;
 
 shared uint sums[PREFIX_LANES];
 
 void main() {
     uint lane = gl_LocalInvocationID.x;
-    uint words = DIGITS * batches[push.parity].tiles;
+    uint words = push.digits * batches[push.parity].tiles;
     uint part = (words + PREFIX_LANES - 1u) / PREFIX_LANES;
     uint begin = min(lane * part, words), end = min(begin + part, words);
     uint sum = 0u;

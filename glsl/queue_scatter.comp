@@ -9,7 +9,7 @@ void main() {
     Batch batch = batches[push.parity];
     count_strip(batch);
     barrier();
-    for (uint digit = lane(); digit < DIGITS; digit += WARP) {
+    for (uint digit = lane(); digit < push.digits; digit += WARP) {
         uint place = counts[digit * batch.tiles + gl_WorkGroupID.x];
         for (uint k = 0u; k < WARP; ++k) {
             uint count = columns[digit * WARP + k];

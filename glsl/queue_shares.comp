@@ -16,6 +16,7 @@ layout(push_constant, std430) uniform QueuePush {
     uint shift;
     uint round;
     uint sms;
+    uint digits;
 } push;
 
 void main() {

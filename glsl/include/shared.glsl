@@ -29,15 +29,16 @@ const uint QUANTISED_KIND0_SHIFT = 24u;
 // See QUANTISED_KIND0_SHIFT.
 const uint QUANTISED_KIND1_SHIFT = 28u;
 
-// Bits of a subtree's index that one pass of the queue sort goes by (glsl/include/queue.glsl): its columns of
+// Most bits of a subtree's index that one pass of the queue sort goes by (glsl/include/queue.glsl): its columns of
 // counts then fill the 32 KiB of shared memory that common drivers have.
-const uint DIGIT_BITS = 8u;
-// Values of a digit: 2^DIGIT_BITS.
-const uint DIGITS = 256u;
-// Most workgroups of the queue kernels: keeps the table of counts, DIGITS x this, short.
-const uint MOST_TILES = 512u;
-// Fewest entries that an invocation of the queue kernels goes through: as many as the counts that it clears.
-const uint LEAST_STRIP = 256u;
+const uint MOST_DIGIT_BITS = 8u;
+// Most values of a digit: 2^MOST_DIGIT_BITS.
+const uint MOST_DIGITS = 256u;
+// Most workgroups of the queue kernels. One workgroup sums up what they count: with twice or half as many an H100 takes
+// longer.
+const uint MOST_TILES = 256u;
+// Fewest entries that an invocation of the queue kernels goes through on a GPU, where short queues had better spread.
+const uint LEAST_STRIP = 32u;
 // Invocations of the prefix-sum kernel, which is one workgroup.
 const uint PREFIX_LANES = 256u;
 
@@ -241,4 +242,6 @@ const uint SPEC_RECORD = 14u;
 const uint SPEC_WORKGROUP = 15u;
 // Rays that follow each other go much the same way.
 const uint SPEC_COHERENT = 16u;
+// Fewest entries that an invocation of the queue kernels goes through.
+const uint SPEC_LEAST_STRIP = 17u;
 #endif

@@ -4,6 +4,7 @@ use super::cut::{Cut, Home};
 use super::kernel::Kernel;
 use super::launch::{Launch, Stage, Visit, Work, Workload};
 use super::sort::{self, Kind, Pass};
+use crate::trace::Digits;
 
 /// Which rays run together where subtrees have virtual caches and queues are free. The paper leaves it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, clap::ValueEnum)]
@@ -23,6 +24,8 @@ pub enum Grouping {
 struct Round {
     /// Entries that the round before left, those of rays that ended among them.
     entries: usize,
+    /// Digits of the sort.
+    digits: Digits,
     /// Places of the entries after each pass of the sort.
     passes: Vec<Vec<u32>>,
     /// The sorted queue.
@@ -69,16 +72,16 @@ impl Migration {
         let launch = |kernel, stage, work| Launch { kernel, workload, work, virtual_caches: false, stage };
         let mut all = vec![launch(&kernels.schedule, Stage::Schedule, Work::Schedule)];
         for round in &self.rounds {
-            let sms = round.owners.len() as u32 - 1;
+            let (sms, digits) = (round.owners.len() as u32 - 1, round.digits.values() as usize);
             let mut entries = round.entries;
             for places in &round.passes {
                 for kind in [Kind::Count, Kind::Prefix, Kind::Scatter] {
-                    let work = Work::Sort(Pass { kind, entries, sms, places });
+                    let work = Work::Sort(Pass { kind, entries, sms, digits, places });
                     all.push(launch(&kernels.queue, Stage::Queue, work));
                 }
                 entries = round.queue.len();
             }
-            let shares = Work::Sort(Pass { kind: Kind::Shares, entries, sms, places: &[] });
+            let shares = Work::Sort(Pass { kind: Kind::Shares, entries, sms, digits, places: &[] });
             all.push(launch(&kernels.queue, Stage::Queue, shares));
             let work = Work::Visits { queue: &round.queue, blocks: &round.owners, charged: true };
             all.push(launch(&kernels.subtree, Stage::Traverse, work));
@@ -131,9 +134,10 @@ impl Round {
     fn of(standing: &[Option<Visit>], cut: &Cut) -> Round {
         let mut queue: Vec<Option<Visit>> = standing.to_vec();
         let mut passes = Vec::new();
-        for digit in 0..sort::digits(cut.subtrees().len()) {
+        let digits = Digits::of(cut.subtrees().len());
+        for pass in 0..digits.passes {
             let moving: Vec<Visit> = queue.iter().copied().flatten().collect();
-            let mut order = sort::places(moving.iter().map(|visit| visit.subtree), digit).into_iter();
+            let mut order = sort::places(moving.iter().map(|visit| visit.subtree), digits, pass).into_iter();
             let places: Vec<u32> =
                 queue.iter().map(|entry| entry.and_then(|_| order.next()).unwrap_or(LEFT_OUT)).collect();
             let mut sorted = vec![None; moving.len()];
@@ -145,7 +149,7 @@ impl Round {
         }
         let queue: Vec<Visit> = queue.into_iter().flatten().collect();
         let owners = first_of_owners(&queue, cut);
-        Round { entries: standing.len(), passes, queue, owners }
+        Round { entries: standing.len(), digits, passes, queue, owners }
     }
 }
 

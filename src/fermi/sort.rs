@@ -1,7 +1,8 @@
 //! Passes of the counting sort that makes queues, as the kernels `queue_count`, `queue_prefix`, `queue_scatter` and
 //! `queue_shares` run them (`glsl/include/queue.glsl`).
 
-use crate::shared::{DIGIT_BITS, DIGITS, LEAST_STRIP, MOST_TILES, PREFIX_LANES, WARP};
+use crate::shared::{LEAST_STRIP, MOST_TILES, PREFIX_LANES, WARP};
+use crate::trace::Digits;
 
 /// Which of the kernels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +26,8 @@ pub struct Pass<'a> {
     pub entries: usize,
     /// Multiprocessors.
     pub sms: u32,
+    /// Values of a digit.
+    pub digits: usize,
     /// Place of each entry afterwards.
     pub places: &'a [u32],
 }
@@ -42,7 +45,7 @@ impl Pass<'_> {
 
     /// Counts that a thread of the prefix kernel sums up.
     pub fn part(&self) -> usize {
-        (DIGITS as usize * self.tiles()).div_ceil(PREFIX_LANES as usize)
+        (self.digits * self.tiles()).div_ceil(PREFIX_LANES as usize)
     }
 
     /// Threads of a block.
@@ -60,15 +63,10 @@ impl Pass<'_> {
     }
 }
 
-/// Digits by which queues of `subtrees` subtrees are sorted.
-pub fn digits(subtrees: usize) -> u32 {
-    subtrees.max(2).next_power_of_two().ilog2().div_ceil(DIGIT_BITS)
-}
-
-/// Place of each entry after a stable sort by digit `digit` of its subtree.
-pub fn places(subtrees: impl Iterator<Item = u32> + Clone, digit: u32) -> Vec<u32> {
-    let digit_of = |subtree: u32| (subtree >> (digit * DIGIT_BITS) & (DIGITS - 1)) as usize;
-    let mut next = [0u32; DIGITS as usize + 1];
+/// Place of each entry after a stable sort by the digit of pass `pass` of its subtree.
+pub fn places(subtrees: impl Iterator<Item = u32> + Clone, digits: Digits, pass: u32) -> Vec<u32> {
+    let digit_of = |subtree: u32| (subtree >> digits.shift(pass) & (digits.values() - 1)) as usize;
+    let mut next = vec![0u32; digits.values() as usize + 1];
     subtrees.clone().for_each(|subtree| next[digit_of(subtree) + 1] += 1);
     (1..next.len()).for_each(|digit| next[digit] += next[digit - 1]);
     let place = |subtree| {
@@ -84,11 +82,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn two_digits_sort_65536_subtrees_and_keep_the_order_of_equals() {
+    fn two_digits_sort_1024_subtrees_and_keep_the_order_of_equals() {
         let subtrees: Vec<u32> = (0..1000u32).map(|i| i.wrapping_mul(2_654_435_761) >> 16 & 0x3ff).collect();
         let mut sorted: Vec<(u32, usize)> = subtrees.iter().copied().zip(0..).collect();
-        for digit in 0..digits(1024) {
-            let places = places(sorted.iter().map(|&(subtree, _)| subtree), digit);
+        let digits = Digits::of(1024);
+        assert_eq!((digits.passes, digits.values()), (2, 32));
+        for pass in 0..digits.passes {
+            let places = places(sorted.iter().map(|&(subtree, _)| subtree), digits, pass);
             let mut moved = sorted.clone();
             sorted.iter().zip(places).for_each(|(&entry, place)| moved[place as usize] = entry);
             sorted = moved;
@@ -98,6 +98,8 @@ mod tests {
 
     #[test]
     fn as_many_digits_as_subtrees_need() {
-        assert_eq!([1, 2, 256, 257, 65_536, 65_537].map(digits), [1, 1, 1, 2, 2, 3]);
+        let passes = |subtrees| Digits::of(subtrees).passes;
+        assert_eq!([0, 1, 2, 256, 257, 65_536, 65_537].map(passes), [1, 1, 1, 1, 2, 2, 3]);
+        assert_eq!([1, 33, 256, 257, 65_537].map(|subtrees| Digits::of(subtrees).values()), [32, 64, 256, 32, 64]);
     }
 }

@@ -125,6 +125,8 @@ shared! {
         round: u32,
         /// SMs.
         sms: u32,
+        /// Values of the digit.
+        digits: u32,
     }
 }
 

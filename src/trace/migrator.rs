@@ -90,9 +90,9 @@ impl Migrator {
         self.most_rays
     }
 
-    /// Invocations of a workgroup, which is an SM.
-    pub fn lanes(&self) -> u32 {
-        self.lanes
+    /// Specialization constants of both kernels.
+    pub fn specialization(&self) -> [(u32, u32); 2] {
+        [(SPEC_WORKGROUP, self.lanes), self.queues.least_strip]
     }
 
     /// Whether SM numbers are the hardware's.

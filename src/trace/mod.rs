@@ -21,6 +21,7 @@ pub use crate::layout::{Hit, Ray, RayCounters};
 pub use accounting::{MigrationReport, Totals};
 pub use geometry::Geometry;
 pub use migrator::QUOTA;
+pub(crate) use queues::Digits;
 pub use options::{MachineOptions, NodeFormat, Query, Strategy, TracerOptions};
 pub use step_sample::StepSample;
 pub use steps::StepTrace;

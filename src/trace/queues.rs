@@ -6,7 +6,7 @@ use crate::Result;
 use crate::bvh::Partition;
 use crate::layout::{Batch, QueueEntry, QueuePush, Round};
 use crate::shared::*;
-use crate::vulkan::{Buffer, Gpu, Kernel, Pipeline, Place};
+use crate::vulkan::{Buffer, DeviceKind, Gpu, Kernel, Pipeline, Place};
 
 /// Stage of these kernels in reports of time.
 const STAGE: &str = "queues";
@@ -14,6 +14,34 @@ const STAGE: &str = "queues";
 /// Byte offsets of the arguments of indirect dispatches in a [`Batch`].
 const TILES_OFFSET: u64 = std::mem::offset_of!(Batch, tiles) as u64;
 const SMS_OFFSET: u64 = std::mem::offset_of!(Batch, sms) as u64;
+
+/// Digits of a subtree's index, by which queues are sorted in as many passes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Digits {
+    /// Passes, which is digits of an index.
+    pub passes: u32,
+    /// Bits of a digit.
+    bits: u32,
+}
+
+impl Digits {
+    /// As few and as small as tell so many subtrees apart, with no fewer values than a warp has lanes.
+    pub fn of(subtrees: usize) -> Digits {
+        let bits = subtrees.next_power_of_two().ilog2().max(WARP.ilog2());
+        let passes = bits.div_ceil(MOST_DIGIT_BITS);
+        Digits { passes, bits: bits.div_ceil(passes) }
+    }
+
+    /// Values of a digit.
+    pub fn values(self) -> u32 {
+        1 << self.bits
+    }
+
+    /// Bits of an index below the digit of a pass.
+    pub fn shift(self, pass: u32) -> u32 {
+        pass * self.bits
+    }
+}
 
 /// Queues for a number of rays. Entries go back and forth between two buffers; which of them, and which of the
 /// two batches, is current is told by a parity of 0 or 1.
@@ -28,7 +56,9 @@ pub struct Queues {
     pub shares: Buffer,
     first_of_sm: Buffer,
     sms: u32,
-    passes: u32,
+    digits: Digits,
+    /// Specialization constant of the kernels that divide entries among invocations.
+    pub least_strip: (u32, u32),
     kernels: Kernels,
 }
 
@@ -53,19 +83,23 @@ impl Queues {
     pub fn new(gpu: &Gpu, partition: &Partition, most_rays: u32, rounds: u32) -> Result<Queues> {
         let buffer = |label: &str, bytes: u64| gpu.buffer(label, bytes, Place::Device);
         let half = Queues::bytes(most_rays) / 2;
-        let bits = u32::BITS - (partition.subtrees.len() as u32).saturating_sub(1).leading_zeros();
+        let digits = Digits::of(partition.subtrees.len());
+        // An invocation of a software driver, which runs few at a time, goes through as many as the counts that it clears.
+        let least_strip = if gpu.info().kind == DeviceKind::Cpu { digits.values() } else { LEAST_STRIP };
+        let least_strip = (SPEC_LEAST_STRIP, least_strip);
         Ok(Queues {
             entries: [buffer("queues", half)?, buffer("sorted queues", half)?],
-            counts: buffer("queue counts", u64::from(DIGITS * MOST_TILES) * 4)?,
+            counts: buffer("queue counts", u64::from(digits.values() * MOST_TILES) * 4)?,
             batches: buffer("batches", 2 * size_of::<Batch>() as u64)?,
             rounds: buffer("rounds", u64::from(1 + rounds) * size_of::<Round>() as u64)?,
             shares: buffer("shares", u64::from(partition.sms() + 1) * 4)?,
             first_of_sm: gpu.upload("first subtrees", &partition.first_of_sm)?,
             sms: partition.sms(),
-            passes: bits.div_ceil(DIGIT_BITS).max(1),
+            digits,
+            least_strip,
             kernels: Kernels {
                 count: gpu.pipeline(Kernel::QueueCount, &[])?,
-                prefix: gpu.pipeline(Kernel::QueuePrefix, &[])?,
+                prefix: gpu.pipeline(Kernel::QueuePrefix, &[least_strip])?,
                 scatter: gpu.pipeline(Kernel::QueueScatter, &[])?,
                 shares: gpu.pipeline(Kernel::QueueShares, &[])?,
             },
@@ -88,9 +122,9 @@ impl Queues {
     /// # Errors
     /// As [`Stream::dispatch`].
     pub fn sort(&self, stream: &mut Stream, round: u32, parity: u32) -> Result<u32> {
-        let mut push = QueuePush { parity, shift: 0, round, sms: self.sms };
-        for pass in 0..self.passes {
-            push.shift = pass * DIGIT_BITS;
+        let mut push = QueuePush { parity, shift: 0, round, sms: self.sms, digits: self.digits.values() };
+        for pass in 0..self.digits.passes {
+            push.shift = self.digits.shift(pass);
             self.pass(stream, push)?;
             push.parity = 1 - push.parity;
         }

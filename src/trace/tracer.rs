@@ -188,7 +188,7 @@ impl Tracer {
             },
             Plan::Persistent(_) => &[lanes(Kernel::Persistent, Kernel::PersistentCpu)],
             Plan::Migrate(migrator) => {
-                spec.push((SPEC_WORKGROUP, migrator.lanes()));
+                spec.extend(migrator.specialization());
                 match migrator.asks_hardware() {
                     true => &[Kernel::Schedule, Kernel::MigrateSm],
                     false => {

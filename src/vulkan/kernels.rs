@@ -76,10 +76,10 @@ kernels! {
     Migrate:            "migrate",              8,        [],         112,        1; // a specialization constant
     MigrateCpu:         "migrate_cpu",          11,       [0, 8, 9, 10], 112,        1;
     MigrateSm:          "migrate_sm",           8,        [],         112,        1;
-    QueueCount:         "queue_count",          3,        [],         16,         32;
-    QueuePrefix:        "queue_prefix",         3,        [],         16,         256;
-    QueueScatter:       "queue_scatter",        4,        [],         16,         32;
-    QueueShares:        "queue_shares",         4,        [],         16,         32;
+    QueueCount:         "queue_count",          3,        [],         20,         32;
+    QueuePrefix:        "queue_prefix",         3,        [],         20,         256;
+    QueueScatter:       "queue_scatter",        4,        [],         20,         32;
+    QueueShares:        "queue_shares",         4,        [],         20,         32;
     VirtualL1:          "virtual_l1",           7,        [],         88,         32;
     Generate:           "generate",             4,        [],         16,         32;
     Light:              "light",                10,       [],         16,         32;

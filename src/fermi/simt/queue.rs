@@ -8,7 +8,7 @@ use crate::fermi::launch::Work;
 use crate::fermi::plan::LEFT_OUT;
 use crate::fermi::sort::{Kind, Pass};
 use crate::layout::QueueEntry;
-use crate::shared::{DIGITS, PREFIX_LANES, WARP};
+use crate::shared::{PREFIX_LANES, WARP};
 
 /// How far a warp of the counting sort has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,16 +22,15 @@ pub(super) struct Progress {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Loop(Block, usize);
 
-/// Turns in which 32 lanes go through all digits.
-const ROWS: usize = (DIGITS / WARP) as usize;
-
 impl Progress {
     pub(super) fn new(pass: Pass) -> Progress {
         let none = Loop(Block::Exit, 0);
-        let (clear, tally) = (Loop(Block::Clear, DIGITS as usize), Loop(Block::Tally, pass.strip()));
+        // Turns in which 32 lanes go through all digits.
+        let rows = pass.digits / WARP as usize;
+        let (clear, tally) = (Loop(Block::Clear, pass.digits), Loop(Block::Tally, pass.strip()));
         let loops = match pass.kind {
-            Kind::Count => [clear, tally, Loop(Block::Total, ROWS), none],
-            Kind::Scatter => [clear, tally, Loop(Block::Place, ROWS), Loop(Block::Move, pass.strip())],
+            Kind::Count => [clear, tally, Loop(Block::Total, rows), none],
+            Kind::Scatter => [clear, tally, Loop(Block::Place, rows), Loop(Block::Move, pass.strip())],
             Kind::Prefix => {
                 let scan = Loop(Block::Scan, PREFIX_LANES.ilog2() as usize);
                 [Loop(Block::Sum, pass.part()), scan, Loop(Block::Spread, pass.part()), none]
@@ -63,7 +62,7 @@ impl Warp<'_> {
 
     fn turn_of(&self, batch: &mut Batch, pass: &Pass, block: Block, turn: usize) {
         let entry = |lane: usize| (self.first + lane) * pass.strip() + turn;
-        let counts = DIGITS as usize * pass.tiles();
+        let counts = pass.digits * pass.tiles();
         let count = |lane: usize| (self.first + lane) * pass.part() + turn;
         let within = |of: &dyn Fn(usize) -> usize, end: usize| {
             bits(self.all()).filter(|&lane| of(lane) < end).fold(0u32, |mask, lane| mask | 1 << lane)
