@@ -102,6 +102,10 @@ planted! {
         "if (stays) counted.bypasses += 1u;" => "if (stays) counted.bypasses += 0u;", Conservation;
     planted_wrong_owner: "include/migrate.glsl",
         "owner == share.sm" => "owner == (share.sm ^ 1u)", Counters;
+    planted_wrong_subtree: "include/migration.glsl",
+        "return link & ~SUBTREE_LINK;" => "return link & ~SUBTREE_LINK & ~1u;", Hits;
+    planted_digit_of_too_few_values: "include/queue.glsl",
+        "(push.digits - 1u)" => "(push.digits / 2u - 1u)", Counters;
 }
 
 /// Whether hits of lanes that take one ray after the other differ from the twin's; nothing without a software driver.
