@@ -35,19 +35,16 @@ pub(super) struct SecondLevel {
 impl SecondLevel {
     /// Empty; with a place for each line if there is `room`.
     pub(super) fn new(machine: &Machine, room: Option<Places>) -> SecondLevel {
-        let slices = match room {
-            Some(places) => vec![Cache::roomy(places)],
-            None => SecondLevel::slices(machine, machine.l2.sets()),
-        };
-        let addresses = room.is_none().then(|| Addresses::new(machine));
-        SecondLevel { addresses, slices, tree: 0..0, given: false, ticks: 0, found: Found::default() }
+        match room {
+            Some(places) => SecondLevel::of(None, vec![Cache::roomy(places)]),
+            None => SecondLevel::of_sets(machine, machine.l2.sets()),
+        }
     }
 
     /// What each multiprocessor has if they divide it: sets are a power of two, so the next smaller.
     pub(super) fn even_share(machine: &Machine) -> SecondLevel {
         let sets = (machine.l2.sets() / u64::from(machine.sms)).max(1);
-        let slices = SecondLevel::slices(machine, 1 << sets.ilog2());
-        SecondLevel { slices, ..SecondLevel::new(machine, None) }
+        SecondLevel::of_sets(machine, 1 << sets.ilog2())
     }
 
     /// With the lines of `tree` known as such; with all of them there before they are asked for if it is `given`.
@@ -55,8 +52,14 @@ impl SecondLevel {
         SecondLevel { tree, given, ..self }
     }
 
-    fn slices(machine: &Machine, sets: u64) -> Vec<Cache> {
-        vec![Cache::new(sets, machine.l2.ways, Mapping::Linear); machine.l2.slices as usize]
+    /// Empty, with so many sets a slice.
+    fn of_sets(machine: &Machine, sets: u64) -> SecondLevel {
+        let slice = Cache::new(sets, machine.l2.ways, Mapping::Linear);
+        SecondLevel::of(Some(Addresses::new(machine)), vec![slice; machine.l2.slices as usize])
+    }
+
+    fn of(addresses: Option<Addresses>, slices: Vec<Cache>) -> SecondLevel {
+        SecondLevel { addresses, slices, tree: 0..0, given: false, ticks: 0, found: Found::default() }
     }
 
     /// What was asked of one with room for all lines.
