@@ -56,6 +56,11 @@ impl Geometry {
         })
     }
 
+    /// Where kernels find a link of the top tree.
+    pub fn top_link(&self, link: u32) -> u32 {
+        placed_link(link, self.first_top)
+    }
+
     /// Address of the root, as kernels take it.
     pub fn nodes(&self) -> [u32; 2] {
         words(self.tree.address())
@@ -72,12 +77,17 @@ impl Geometry {
     }
 }
 
-/// The top tree and the subtrees of a partition, where the top tree's nodes are those from `first_top` on.
+/// The top tree and the subtrees of a partition with links as of [`placed_link`].
 fn placed(partition: &Partition, first_top: u32) -> (Vec<Node>, Vec<Subtree>) {
-    let place = |link: u32| if link & LEAF_BIT == 0 { first_top + link } else { link };
+    let place = |link| placed_link(link, first_top);
     let node = |node: &Node| Node { child: node.child.map(place), parent: place(node.parent), ..*node };
     let subtree = |subtree: &Subtree| Subtree { parent: place(subtree.parent), ..*subtree };
     (partition.top.iter().map(node).collect(), partition.subtrees.iter().map(subtree).collect())
+}
+
+/// A link of a partition's top tree, where its nodes are those from `first_top` on.
+fn placed_link(link: u32, first_top: u32) -> u32 {
+    if link & LEAF_BIT == 0 { first_top + link } else { link }
 }
 
 /// A buffer's address as kernels take it.

@@ -199,10 +199,6 @@ impl Run<'_> {
 
     fn push(&self, round: u32) -> MigratePush {
         let Migrator { partition, .. } = self.migrator;
-        let root = match partition.root & LEAF_BIT {
-            0 => self.geometry.first_top + partition.root,
-            _ => partition.root,
-        };
         MigratePush {
             nodes: self.geometry.nodes(),
             triangles: self.geometry.triangles(),
@@ -216,7 +212,7 @@ impl Run<'_> {
             visits: self.visits.as_ref().map_or([0; 2], address),
             taken_of_sm: self.migrator.taken_of_sm.as_ref().map_or([0; 2], address),
             first_top: self.geometry.first_top,
-            root,
+            root: self.geometry.top_link(partition.root),
             round,
             parity: self.parity,
             sms: partition.sms(),

@@ -148,11 +148,13 @@ impl Tracer {
         let fits = tree.max(limits.storage_buffer_range) <= texels && u32::try_from(tree).is_ok();
         let cpu_lanes = gpu.info().kind == DeviceKind::Cpu && fits && !options.gpu_kernels;
         let whole_tree = |dealt| WholeTree::new(gpu, dealt, step_limit.is_some(), most_rays);
-        let plan = match (options.strategy, migrator) {
-            (Strategy::Migrate, Some(migrator)) => Plan::Migrate(migrator),
-            (Strategy::Persistent, _) => Plan::Persistent(whole_tree(Dealt::OnDemand(machine.invocations()))?),
-            _ if cpu_lanes && step_limit.is_none() => Plan::Direct(whole_tree(Dealt::Strips)?),
-            _ => Plan::Direct(whole_tree(Dealt::Each)?),
+        let plan = match migrator {
+            Some(migrator) => Plan::Migrate(migrator),
+            None if options.strategy == Strategy::Persistent => {
+                Plan::Persistent(whole_tree(Dealt::OnDemand(machine.invocations()))?)
+            }
+            None if cpu_lanes && step_limit.is_none() => Plan::Direct(whole_tree(Dealt::Strips)?),
+            None => Plan::Direct(whole_tree(Dealt::Each)?),
         };
         Ok(Tracer { cpu_lanes, geometry, nodes: options.nodes, spec, plan })
     }
