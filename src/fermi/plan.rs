@@ -24,8 +24,6 @@ pub enum Grouping {
 struct Round {
     /// Entries that the round before left, those of rays that ended among them.
     entries: usize,
-    /// Digits of the sort.
-    digits: Digits,
     /// Places of the entries after each pass of the sort.
     passes: Vec<Vec<u32>>,
     /// The sorted queue.
@@ -37,6 +35,8 @@ struct Round {
 /// What becomes of all rays under strategy `migrate`.
 #[derive(Clone, Debug)]
 pub struct Migration {
+    /// Digits of the sort.
+    digits: Digits,
     rounds: Vec<Round>,
 }
 
@@ -49,9 +49,9 @@ impl Migration {
     pub fn of(workload: &Workload, cut: &Cut, bypass: bool) -> Migration {
         let mut standing: Vec<Option<Visit>> =
             (0..workload.trace.rays() as u32).map(|ray| next_visit(workload, cut, ray, 0, bypass)).collect();
-        let mut migration = Migration { rounds: Vec::new() };
+        let mut migration = Migration { digits: Digits::of(cut.subtrees().len()), rounds: Vec::new() };
         while standing.iter().any(Option::is_some) {
-            let round = Round::of(&standing, cut);
+            let round = Round::of(&standing, cut, migration.digits);
             standing = round
                 .queue
                 .iter()
@@ -70,9 +70,10 @@ impl Migration {
     /// Launches of strategy `migrate`, everything charged.
     pub fn launches<'a>(&'a self, workload: Workload<'a>, kernels: &'a Kernels) -> Vec<Launch<'a>> {
         let launch = |kernel, stage, work| Launch { kernel, workload, work, virtual_caches: false, stage };
+        let digits = self.digits.values() as usize;
         let mut all = vec![launch(&kernels.schedule, Stage::Schedule, Work::Schedule)];
         for round in &self.rounds {
-            let (sms, digits) = (round.owners.len() as u32 - 1, round.digits.values() as usize);
+            let sms = round.owners.len() as u32 - 1;
             let mut entries = round.entries;
             for places in &round.passes {
                 for kind in [Kind::Count, Kind::Prefix, Kind::Scatter] {
@@ -131,10 +132,9 @@ impl FreeVisits {
 }
 
 impl Round {
-    fn of(standing: &[Option<Visit>], cut: &Cut) -> Round {
+    fn of(standing: &[Option<Visit>], cut: &Cut, digits: Digits) -> Round {
         let mut queue: Vec<Option<Visit>> = standing.to_vec();
         let mut passes = Vec::new();
-        let digits = Digits::of(cut.subtrees().len());
         for pass in 0..digits.passes {
             let moving: Vec<Visit> = queue.iter().copied().flatten().collect();
             let mut order = sort::places(moving.iter().map(|visit| visit.subtree), digits, pass).into_iter();
@@ -149,7 +149,7 @@ impl Round {
         }
         let queue: Vec<Visit> = queue.into_iter().flatten().collect();
         let owners = first_of_owners(&queue, cut);
-        Round { entries: standing.len(), digits, passes, queue, owners }
+        Round { entries: standing.len(), passes, queue, owners }
     }
 }
 
