@@ -123,6 +123,11 @@ impl Layout {
         lines(self.nodes..self.rays)
     }
 
+    /// Lines of rays and hits, which are asked for once.
+    pub fn streamed_lines(&self) -> Range<u64> {
+        lines(self.rays..self.top)
+    }
+
     /// Lines of everything but stacks.
     pub fn data_lines(&self) -> Range<u64> {
         lines(self.nodes..self.counts)

@@ -1,7 +1,8 @@
 //! The loops of a traversal: nodes, then leaves, until all lanes are done.
 
+use super::LANES;
 use super::batch::{Access, Batch, bits};
-use super::layout::{LOAD, WORD, bytes};
+use super::layout::{LOAD, Layout, WORD, bytes};
 use super::warp::{Phase, Warp};
 use crate::fermi::kernel::{Block, Loops};
 use crate::layout::{Node, Triangle};
@@ -9,7 +10,8 @@ use crate::shared::{LEAF_BIT, LEAF_COUNT_MASK, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK
 
 impl Warp<'_> {
     pub(super) fn outer(&mut self, batch: &mut Batch) {
-        let active = self.lanes_where(|lane| !lane.steps.is_empty() || lane.postponed.is_some());
+        let entered = if self.looping == 0 { self.all() } else { self.looping };
+        let active = self.lanes_where(entered, |lane| !lane.steps.is_empty() || lane.postponed.is_some());
         if self.looping != 0 {
             batch.segment(Block::OuterEnd, self.looping);
         }
@@ -23,7 +25,7 @@ impl Warp<'_> {
     }
 
     fn enter_nodes(&mut self) {
-        self.inside = self.lanes_where(|lane| lane.at_node());
+        self.inside = self.lanes_where(self.looping, |lane| lane.at_node());
         self.phase = Phase::Nodes;
         if self.inside == 0 {
             self.enter_leaves();
@@ -31,33 +33,39 @@ impl Warp<'_> {
     }
 
     fn enter_leaves(&mut self) {
-        self.inside = self.lanes_where(|lane| lane.has_leaf());
+        self.inside = self.lanes_where(self.looping, |lane| lane.has_leaf());
         self.phase = if self.inside == 0 { Phase::Outer } else { Phase::Leaves };
     }
 
     /// One turn of the node loop.
     pub(super) fn node(&mut self, batch: &mut Batch) {
         let inside = self.inside;
-        let (mut met, mut pushed) = (0u32, 0u32);
+        let (mut met, mut pushed, mut stay) = (0u32, 0u32, 0u32);
+        let mut nodes = [0u32; LANES];
         for lane in bits(inside) {
-            let (step, next) = self.step(lane);
-            let link = step & !STEP_PUSHED;
-            let [a, b] = self.launch.workload.children[link as usize];
-            let descends = next.is_some_and(|next| next == a || next == b);
-            met |= u32::from(descends) << lane;
-            pushed |= u32::from(step & STEP_PUSHED != 0) << lane;
+            let steps = &mut self.lanes[lane].steps;
+            let Some((&step, rest)) = steps.split_first() else { continue };
+            *steps = rest;
+            nodes[lane] = step & !STEP_PUSHED;
+            let pushes = step & STEP_PUSHED != 0;
+            let next = rest.first().map(|&next| if next & LEAF_BIT == 0 { next & !STEP_PUSHED } else { next });
+            // Whoever puts one child off goes on to the other.
+            let child = |next: u32| self.launch.workload.children[step as usize].contains(&next);
+            met |= u32::from(pushes || next.is_some_and(child)) << lane;
+            pushed |= u32::from(pushes) << lane;
+            stay |= u32::from(next.is_some_and(|next| next & LEAF_BIT == 0)) << lane;
         }
         let popped = inside & !met;
 
         batch.segment(Block::Node, inside);
-        let node = |warp: &Self, lane: usize| warp.layout.node(warp.step(lane).0 & !STEP_PUSHED);
-        batch.access(Access::Load, bits(inside).map(|lane| node(self, lane)), LOAD);
+        let node = |layout: &Layout, lane: usize| layout.node(nodes[lane]);
+        batch.access(Access::Load, bits(inside).map(|lane| node(&self.layout, lane)), LOAD);
         // A node lies within one line, so its other loads touch the same lines.
         batch.again(2);
 
         if met != 0 {
             batch.segment(Block::Descend, met);
-            batch.access(Access::Load, bits(met).map(|lane| node(self, lane) + bytes::<Node>() - LOAD), LOAD);
+            batch.access(Access::Load, bits(met).map(|lane| node(&self.layout, lane) + bytes::<Node>() - LOAD), LOAD);
         }
         if pushed != 0 {
             for lane in bits(pushed) {
@@ -70,10 +78,7 @@ impl Warp<'_> {
             self.pop(batch, Block::Pop, popped);
         }
         batch.segment(Block::NodeEnd, inside);
-        for lane in bits(inside) {
-            self.lanes[lane].steps = &self.lanes[lane].steps[1..];
-        }
-        self.inside = inside & self.lanes_where(|lane| lane.at_node());
+        self.inside = stay;
         if self.launch.kernel.loops == Loops::SpeculativeWhileWhile {
             self.speculate(batch, inside);
         }
@@ -87,7 +92,7 @@ impl Warp<'_> {
     /// [`crate::trace::speculative`] have the nodes that are visited in vain because a leaf waits; those of a traversal
     /// that tests each leaf at once have not.
     fn speculate(&mut self, batch: &mut Batch, inside: u32) {
-        let found = inside & self.lanes_where(|lane| lane.at_leaf() && lane.postponed.is_none());
+        let found = self.lanes_where(inside, |lane| lane.at_leaf() && lane.postponed.is_none());
         if found != 0 {
             self.pop(batch, Block::Pop, found);
         }
@@ -96,8 +101,8 @@ impl Warp<'_> {
             lane.postponed = lane.steps.first().copied();
             lane.steps = lane.steps.get(1..).unwrap_or_default();
         }
-        self.inside |= found & self.lanes_where(|lane| lane.at_node());
-        if self.inside & self.lanes_where(|lane| lane.postponed.is_none()) == 0 {
+        self.inside |= self.lanes_where(found, |lane| lane.at_node());
+        if self.lanes_where(self.inside, |lane| lane.postponed.is_none()) == 0 {
             self.inside = 0;
         }
     }
@@ -108,13 +113,14 @@ impl Warp<'_> {
         batch.segment(Block::Leaf, inside);
         let marked = self.launch.kernel.loops == Loops::SpeculativeWhileWhile;
         let load = if self.launch.kernel.textured() { Access::Texture } else { Access::Load };
+        let mut leaves = [0u32; LANES];
+        bits(inside).for_each(|lane| leaves[lane] = self.lanes[lane].leaf());
         let mut reading = inside;
         for turn in 0.. {
-            let count = |lane: usize| self.lanes[lane].leaf() >> LEAF_COUNT_SHIFT & LEAF_COUNT_MASK;
+            let count = |lane: usize| leaves[lane] >> LEAF_COUNT_SHIFT & LEAF_COUNT_MASK;
             let testing = bits(reading).fold(0u32, |mask, lane| mask | u32::from(count(lane) > turn) << lane);
-            let part = |lane: usize, part: u64| {
-                self.layout.triangle((self.lanes[lane].leaf() & LEAF_FIRST_MASK) + turn) + part * LOAD
-            };
+            let part =
+                |lane: usize, part: u64| self.layout.triangle((leaves[lane] & LEAF_FIRST_MASK) + turn) + part * LOAD;
             // The mark is taken to lie where the next leaf's first triangle does.
             if marked && reading != 0 {
                 batch.segment(Block::Mark, reading);
@@ -130,17 +136,19 @@ impl Warp<'_> {
             reading = testing;
         }
         // A leaf that was put off left the stack when it was.
-        let current = inside & self.lanes_where(|lane| lane.postponed.is_none());
+        let (mut current, mut stay) = (0u32, 0u32);
+        for number in bits(inside) {
+            let lane = &mut self.lanes[number];
+            if lane.postponed.take().is_none() {
+                lane.steps = &lane.steps[1..];
+                current |= 1 << number;
+            }
+            stay |= u32::from(lane.at_leaf()) << number;
+        }
         if current != 0 {
             self.pop(batch, Block::LeafPop, current);
         }
-        for lane in bits(inside) {
-            let lane = &mut self.lanes[lane];
-            if lane.postponed.take().is_none() {
-                lane.steps = &lane.steps[1..];
-            }
-        }
-        self.inside = inside & self.lanes_where(|lane| lane.has_leaf());
+        self.inside = stay;
         if self.inside == 0 {
             self.phase = Phase::Outer;
         }
@@ -157,12 +165,5 @@ impl Warp<'_> {
     /// Address of the entry on top of a lane's stack.
     fn top(&self, lane: usize) -> u64 {
         self.layout.stack(self.thread + lane as u64, self.lanes[lane].depth)
-    }
-
-    /// A lane's step and the one after it.
-    fn step(&self, lane: usize) -> (u32, Option<u32>) {
-        let steps = self.lanes[lane].steps;
-        let next = steps.get(1).map(|&next| if next & LEAF_BIT == 0 { next & !STEP_PUSHED } else { next });
-        (steps.first().copied().unwrap_or(LEAF_BIT), next)
     }
 }

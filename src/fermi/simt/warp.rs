@@ -1,6 +1,6 @@
 //! A warp's way through its kernel, phase by phase.
 
-use super::batch::{Access, Batch};
+use super::batch::{Access, Batch, bits};
 use super::layout::{LOAD, Layout, WORD, bytes};
 use super::visits::Stay;
 use super::{LANES, queue};
@@ -187,7 +187,8 @@ impl<'a> Warp<'a> {
         (1u64 << self.count).wrapping_sub(1) as u32
     }
 
-    pub(super) fn lanes_where(&self, test: impl Fn(&Lane) -> bool) -> u32 {
-        self.lanes[..self.count].iter().enumerate().fold(0, |mask, (i, lane)| mask | u32::from(test(lane)) << i)
+    /// Of `lanes`, those as asked.
+    pub(super) fn lanes_where(&self, lanes: u32, test: impl Fn(&Lane) -> bool) -> u32 {
+        bits(lanes).fold(0, |mask, lane| mask | u32::from(test(&self.lanes[lane])) << lane)
     }
 }
