@@ -20,7 +20,7 @@ use crate::fermi::sampled::{self, Request, Skipped};
 use crate::layout::{Node, Ray, Triangle};
 use crate::trace::exchange::{Tree, record_reference};
 use crate::trace::speculative::record_speculative;
-use crate::trace::steps::record_steps;
+use crate::trace::steps::steps_of;
 use crate::trace::{Query, StepTrace, Strategy};
 use crate::{Error, Result};
 
@@ -100,7 +100,7 @@ impl Traceable<'_> {
             Traversal::Scene(bvh, query) if loops == Loops::SpeculativeWhileWhile => {
                 record_speculative(bvh, self.rays, query).1
             }
-            Traversal::Scene(bvh, query) => record_steps(bvh, self.rays, query).1,
+            Traversal::Scene(bvh, query) => steps_of(bvh, self.rays, query),
             Traversal::Exchanged(tree) => record_reference(tree, self.rays).1,
         }
     }

@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::options::Query;
-use super::steps::{StepTrace, record_steps};
+use super::steps::{StepTrace, steps_of};
 use super::stream::Stream;
 use super::tracer::{RayBuffers, StepBuffers, Tracer};
 use crate::atomic_file::write_atomically;
@@ -37,7 +37,7 @@ impl StepSample {
     /// Records the rays `which` of a batch on the twin.
     pub fn by_twin(tree: &impl Tree, query: Query, rays: &[Ray], which: Vec<u64>) -> StepSample {
         let chosen: Vec<Ray> = which.iter().map(|&ray| rays[ray as usize]).collect();
-        StepSample { rays: which, trace: record_steps(tree, &chosen, query).1 }
+        StepSample { rays: which, trace: steps_of(tree, &chosen, query) }
     }
 
     /// Records the rays `which` of a batch by the kernels of `tracer`: traced once to count steps, and once

@@ -87,27 +87,44 @@ impl StepTrace {
 
     /// Parts one behind the other: what was found, where each ray's steps end within the part, and the steps.
     fn joined<H>(parts: Vec<(Vec<H>, Vec<u64>, Vec<u32>)>) -> (Vec<H>, StepTrace) {
-        let rays: usize = parts.iter().map(|(hits, ..)| hits.len()).sum();
-        let (mut all_hits, mut all) = (Vec::with_capacity(rays), StepTrace { starts: vec![0], steps: vec![] });
-        for (hits, ends, steps) in parts {
-            let base = all.steps.len() as u64;
-            all.starts.extend(ends.into_iter().map(|end| base + end));
-            all.steps.extend(steps);
-            all_hits.extend(hits);
+        let (rays, count) =
+            parts.iter().fold((0, 0), |(rays, count), (hits, _, steps)| (rays + hits.len(), count + steps.len()));
+        let (mut hits, mut starts, mut steps) =
+            (Vec::with_capacity(rays), Vec::with_capacity(rays + 1), vec![0; count]);
+        starts.push(0);
+        let (mut rest, mut base) = (&mut steps[..], 0);
+        let mut copies = Vec::with_capacity(parts.len());
+        for (part, ends, steps) in parts {
+            let (place, after) = rest.split_at_mut(steps.len());
+            rest = after;
+            starts.extend(ends.into_iter().map(|end| base + end));
+            base += steps.len() as u64;
+            hits.extend(part);
+            copies.push((place, steps));
         }
-        (all_hits, all)
+        copies.into_par_iter().for_each(|(place, steps): (&mut [u32], Vec<u32>)| place.copy_from_slice(&steps));
+        (hits, StepTrace { starts, steps })
     }
 }
 
 /// Steps of the twin's traversal, and the hits it found. All strategies take the same steps.
 pub fn record_steps(tree: &impl Tree, rays: &[Ray], query: Query) -> (Vec<Hit>, StepTrace) {
-    StepTrace::record(rays, |ray, steps| {
-        let mut counters = RayCounters::default();
-        match query {
-            Query::Closest => trace_ray::<false, _>(tree, ray, &mut counters, steps),
-            Query::Any => trace_ray::<true, _>(tree, ray, &mut counters, steps),
-        }
-    })
+    StepTrace::record(rays, |ray, steps| hit_of(tree, ray, query, steps))
+}
+
+/// The steps alone.
+pub fn steps_of(tree: &impl Tree, rays: &[Ray], query: Query) -> StepTrace {
+    let unwanted = |_: Hit| ();
+    StepTrace::record(rays, |ray, steps| unwanted(hit_of(tree, ray, query, steps))).1
+}
+
+#[inline(always)]
+fn hit_of(tree: &impl Tree, ray: &Ray, query: Query, steps: &mut Vec<u32>) -> Hit {
+    let mut counters = RayCounters::default();
+    match query {
+        Query::Closest => trace_ray::<false, _>(tree, ray, &mut counters, steps),
+        Query::Any => trace_ray::<true, _>(tree, ray, &mut counters, steps),
+    }
 }
 
 #[cfg(test)]

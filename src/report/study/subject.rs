@@ -9,7 +9,7 @@ use crate::render::settings::Settings;
 use crate::report::experiment::Recording;
 use crate::scene::tables::Tables;
 use crate::scene::{self, Camera, Scene};
-use crate::trace::steps::record_steps;
+use crate::trace::steps::steps_of;
 use crate::{Error, Result};
 
 /// A scene and what is needed to trace rays in it.
@@ -64,7 +64,7 @@ impl Subject {
     /// What such rays do in the tree, and the CPU seconds to find out.
     pub fn record(&self, rays: &[Ray], kind: RayKind) -> (Recording, f64) {
         let start = ProcessTime::now();
-        let (_, trace) = record_steps(&self.bvh, rays, kind.query());
+        let trace = steps_of(&self.bvh, rays, kind.query());
         let children = self.bvh.nodes.iter().map(|node| node.child).collect();
         let recording =
             Recording { trace, children, triangles: self.bvh.references(), nodes: Vec::new(), bounds: self.bvh.bounds };
