@@ -8,7 +8,7 @@ mod student;
 
 pub use clusters::{bootstrap_t, student_t};
 pub use proportional::Design;
-pub use regression::{Line, regression};
+pub use regression::{Plane, Sample, regression};
 pub use student::quantile;
 
 /// The usual confidence.

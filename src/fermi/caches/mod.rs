@@ -10,8 +10,6 @@ mod replay;
 mod second_level;
 mod span;
 
-use std::ops::Range;
-
 use self::replay::{Queues, Replay, Selection};
 use self::second_level::{Found, SecondLevel};
 pub use self::span::{Outcome, Span};
@@ -84,28 +82,28 @@ pub(super) fn pass_in(
 /// [`crate::Error::Usage`] if no block fits a multiprocessor.
 pub(super) fn one(machine: &Machine, launch: &Launch, sm: usize, blocks: &[usize], given: bool) -> Result<Outcome> {
     let l2 = if given { SecondLevel::new(machine, None) } else { SecondLevel::even_share(machine) };
-    let mut l2 = l2.with_tree(tree(launch), given);
+    let mut l2 = l2.with_layout(&Layout::new(&launch.workload, 0), given);
     let selection = Selection { sms: sm..sm + 1, blocks: blocks.to_vec(), run: Vec::new() };
     Ok(Replay::new(machine, launch, selection, Queues::AsFound, (None, &mut l2))?.run())
-}
-
-/// Lines of the tree, which lie at the same place for any number of threads.
-fn tree(launch: &Launch) -> Range<u64> {
-    Layout::new(&launch.workload, 0).tree_lines()
 }
 
 /// Fillings of the L2 before a glimpse counts: what was there before it is gone by then.
 const WARM_UP: u64 = 1;
 
 /// Fillings of the L2 that a glimpse counts.
-const COUNTED: u64 = 2;
+const COUNTED: u64 = 1;
+
+/// Misses of the L2 before the middle of what a glimpse counts.
+pub(super) fn misses_before_glimpse(machine: &Machine) -> u64 {
+    (2 * WARM_UP + COUNTED) * machine.l2.lines() / 2
+}
 
 /// Misses of the L2 in a glimpse.
 pub(super) fn misses_of_glimpse(machine: &Machine) -> u64 {
     (WARM_UP + COUNTED) * machine.l2.lines()
 }
 
-/// Accesses of the L2, and those of them for lines of the tree, during a short while in the middle of `launch`: from when
+/// Accesses of the L2 for lines of the tree and of stacks during a short while in the middle of `launch`: from when
 /// the first of `blocks` have run for so many cycles as `run` has, taken alone, until the L2 has been filled a few times.
 /// All that follow if they end before.
 ///
@@ -116,8 +114,8 @@ pub(super) fn glimpse(
     launch: &Launch,
     (blocks, run): (Vec<usize>, Vec<f64>),
     times: Times,
-) -> Result<[Counts; 2]> {
-    let mut l2 = SecondLevel::new(machine, None).with_tree(tree(launch), false);
+) -> Result<Counts> {
+    let mut l2 = SecondLevel::new(machine, None).with_layout(&Layout::new(&launch.workload, 0), false);
     let (warm, end) = (WARM_UP * machine.l2.lines(), misses_of_glimpse(machine));
     let selection = Selection { sms: 0..machine.sms as usize, blocks, run };
     let mut replay = Replay::new(machine, launch, selection, Queues::Known(times), (None, &mut l2))?;
@@ -128,7 +126,7 @@ pub(super) fn glimpse(
     let after = replay.found();
     // A launch that fills the L2 but once or less never leaves the start behind.
     let before = if after.all.misses <= warm { Found::default() } else { before };
-    Ok([after.all.since(before.all), after.tree.since(before.tree)])
+    Ok(after.reused.since(before.reused))
 }
 
 /// The result of a launch.

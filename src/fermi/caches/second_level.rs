@@ -8,14 +8,15 @@ use crate::fermi::cache::{Cache, Lookup, Places};
 use crate::fermi::machine::{Machine, Mapping};
 use crate::fermi::needs::Demand;
 use crate::fermi::result::Counts;
+use crate::fermi::simt::Layout;
 
 /// Accesses of an L2.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Found {
     /// Of any line.
     pub(super) all: Counts,
-    /// Of a line of the tree, where that is known.
-    pub(super) tree: Counts,
+    /// Of a line that is asked for again and again, of the tree or of a stack, where that is known.
+    pub(super) reused: Counts,
 }
 
 /// The L2, which outlives a launch.
@@ -23,9 +24,10 @@ pub(super) struct SecondLevel {
     /// How lines are spread over slices; none where one cache stands for all of them.
     addresses: Option<Addresses>,
     slices: Vec<Cache>,
-    /// Lines of the tree, which are of use to all multiprocessors, and whether they are always there.
-    tree: Range<u64>,
-    given: bool,
+    /// Lines that are always there: of the tree, if it is given.
+    given: Range<u64>,
+    /// Lines that are asked for once, where they are told apart.
+    streamed: Option<Range<u64>>,
     /// Accesses of all caches so far: the clock of their replacement.
     pub(super) ticks: u64,
     /// What it did so far.
@@ -47,9 +49,11 @@ impl SecondLevel {
         SecondLevel::of_sets(machine, 1 << sets.ilog2())
     }
 
-    /// With the lines of `tree` known as such; with all of them there before they are asked for if it is `given`.
-    pub(super) fn with_tree(self, tree: Range<u64>, given: bool) -> SecondLevel {
-        SecondLevel { tree, given, ..self }
+    /// With the lines that `layout` streams told apart; and with those of the tree there before they are asked for, if it
+    /// is `given`.
+    pub(super) fn with_layout(self, layout: &Layout, given: bool) -> SecondLevel {
+        let given = if given { layout.tree_lines() } else { 0..0 };
+        SecondLevel { given, streamed: Some(layout.streamed_lines()), ..self }
     }
 
     /// Empty, with so many sets a slice.
@@ -59,7 +63,7 @@ impl SecondLevel {
     }
 
     fn of(addresses: Option<Addresses>, slices: Vec<Cache>) -> SecondLevel {
-        SecondLevel { addresses, slices, tree: 0..0, given: false, ticks: 0, found: Found::default() }
+        SecondLevel { addresses, slices, given: 0..0, streamed: None, ticks: 0, found: Found::default() }
     }
 
     /// What was asked of one with room for all lines.
@@ -74,17 +78,17 @@ impl SecondLevel {
 
     /// One line, for a block that did `span`. Returns whether it was there.
     pub(super) fn access(&mut self, line: u64, span: &mut Span) -> bool {
-        let of_tree = self.tree.contains(&line);
-        let there = (of_tree && self.given) || self.look(line);
+        let reused = self.streamed.as_ref().is_some_and(|streamed| !streamed.contains(&line));
+        let there = self.given.contains(&line) || self.look(line);
         let count = |counts: &mut Counts| {
             counts.accesses += 1;
             counts.misses += u64::from(!there);
         };
         count(&mut span.l2);
         count(&mut self.found.all);
-        if of_tree {
-            count(&mut span.tree);
-            count(&mut self.found.tree);
+        if reused {
+            count(&mut span.reused);
+            count(&mut self.found.reused);
         }
         there
     }

@@ -12,8 +12,8 @@ pub struct Span {
     pub l1: Counts,
     /// Accesses of the L2 that followed.
     pub l2: Counts,
-    /// Those of them for lines of the tree, where they are told apart.
-    pub tree: Counts,
+    /// Those of them for lines of the tree and of stacks, where they are told apart.
+    pub reused: Counts,
     /// Instructions of its warps.
     pub instructions: Instructions,
     /// Node and leaf visits of its warps.
@@ -31,7 +31,7 @@ impl Span {
         self.cycles += other.cycles * times;
         self.l1.add(other.l1.times(times));
         self.l2.add(other.l2.times(times));
-        self.tree.add(other.tree.times(times));
+        self.reused.add(other.reused.times(times));
         self.instructions.warp += scaled(other.instructions.warp);
         self.instructions.thread += scaled(other.instructions.thread);
         self.visits += scaled(other.visits);

@@ -1,12 +1,13 @@
 //! What the whole launch does, from what some of its multiprocessors and glimpses of all did.
 
 use super::design::Design;
+use super::ending::{Blocks, Ending};
 use super::sample::Sample;
 use super::schedule::Scheduler;
-use super::work::Block;
+use super::work::{Block, KNOWN};
 use crate::fermi::caches::{Outcome, Span};
 use crate::fermi::result::Counts;
-use crate::statistics::{CONFIDENCE, Estimate, Line, regression, student_t};
+use crate::statistics::{self, CONFIDENCE, Estimate, Plane, regression, student_t};
 
 /// Estimates with their intervals.
 #[derive(Clone, Debug)]
@@ -14,18 +15,21 @@ pub(super) struct Estimates {
     pub(super) cycles: Estimate,
     pub(super) l1: Estimate,
     pub(super) l2: Estimate,
+    /// Parts of the relative error of cycles: from which blocks were measured, from what the L2 held, and from the launch's
+    /// end, which more measurements do not tell.
+    pub(super) parts: [f64; 3],
     /// The whole launch.
     pub(super) outcome: Outcome,
 }
 
 /// The blocks measured, and what is left to be told by them.
 struct Pool {
-    /// Cost alone of each block that was measured, and what it did, in the order of the launch.
-    measured: Vec<(f64, Span)>,
+    /// What is known of each block that was measured, and what it did, in the order of the launch.
+    measured: Vec<([f64; KNOWN], Span)>,
     /// Blocks of a cluster.
     cluster: usize,
-    /// Mean cost alone of those that were not, and their number.
-    alone: f64,
+    /// Mean of what is known of those that were not, and their number.
+    known: [f64; KNOWN],
     others: f64,
 }
 
@@ -38,8 +42,14 @@ impl Estimates {
 
     /// The same with clusters of `cluster` blocks.
     pub(super) fn with_clusters(design: &Design, sample: &Sample, cluster: usize) -> Option<Estimates> {
-        let mixture = Mixture::of(sample)?;
-        let spans = mixture.spans(design, sample);
+        let second = SecondLevel::of(sample)?;
+        let mut spans = vec![None; design.blocks()];
+        for (number, run) in sample.runs.iter().enumerate() {
+            let given = |k: usize| sample.given.get(k).filter(|_| number == 0);
+            for (k, (&block, even)) in run.blocks.iter().zip(&run.spans).enumerate() {
+                spans[block] = Some(second.corrected(even, given(k)));
+            }
+        }
         let unmeasured: Vec<&Block> =
             design.work.iter().zip(&spans).filter(|(_, span)| span.is_none()).map(|(block, _)| block).collect();
         let unknown: f64 = unmeasured.iter().map(|block| block.alone).sum();
@@ -47,26 +57,24 @@ impl Estimates {
         if unknown == 0.0 {
             return None;
         }
-        let known = || design.work.iter().zip(&spans).filter_map(|(block, span)| Some((block.alone, (*span)?)));
-        let pool = Pool { measured: known().collect(), cluster, alone: unknown / others, others };
+        let known = || design.work.iter().zip(&spans).filter_map(|(block, span)| Some((block.known(), (*span)?)));
+        let mean_known = [0, 1].map(|k| unmeasured.iter().map(|block| block.known()[k]).sum::<f64>() / others);
+        let pool = Pool { measured: known().collect(), cluster, known: mean_known, others };
 
-        // By how much the weight matters is known, which of the two the truth is nearer to has an interval.
-        let per_weight = mixture.cycles(sample) / pool.measured.len() as f64;
-        let mean = pool.mean(|span| span.cycles)?.widened(per_weight * mixture.half);
-        let line = Line::through(&pool.pairs(|span| span.cycles));
+        let by_blocks = pool.mean(|span| span.cycles)?;
+        let by_l2 = second.half(pool.per_block(|span| span.reused.misses as f64));
+        let mean = by_blocks.widened(by_l2);
+        let plane = Plane::through(&pool.sample(|span| span.cycles));
         let scheduler = Scheduler { sms: design.sms, slots: design.slots, by_itself: sample.by_itself };
-        let whole = |mean_of_others: f64| {
-            let scale = (mean_of_others / mean.value).max(0.0);
-            let blocks = design.work.iter().zip(&spans);
-            scheduler.run(blocks.map(|(block, span)| match span {
-                Some(span) => span.cycles,
-                None => line.at(block.alone).max(0.0) * scale,
-            }))
+        let blocks = Blocks {
+            measured: spans.iter().map(|span| span.map(|span| span.cycles)).collect(),
+            expected: design.work.iter().map(|block| plane.at(block.known()).max(0.0)).collect(),
         };
-        let (cycles, busy) = whole(mean.value);
+        let Ending { cycles, busy, half } = blocks.ending(&scheduler, &mean, design.seed);
 
         let mut total = Span::default();
-        known().for_each(|(_, span)| total.add(&span, 1.0 + unknown / pool.cost()));
+        let measured: f64 = known().map(|(known, _)| known[0]).sum();
+        known().for_each(|(_, span)| total.add(&span, 1.0 + unknown / measured));
         // What follows from the steps alone is known.
         (total.instructions, total.visits, total.compute) = Default::default();
         for block in &design.work {
@@ -74,97 +82,120 @@ impl Estimates {
             total.visits += block.visits;
             total.compute += block.compute;
         }
-        let l1 = pool.miss_rate(|span| span.l1)?;
-        let l2 = rate(sample.glimpses.iter().map(|[all, _]| all))?;
+        let l1 = pool.rate(|span| [span.l1.misses as f64, span.l1.accesses as f64])?;
+        let l2 = second.of_all(&pool)?;
         total.l1.misses = (l1.value * total.l1.accesses as f64) as u64;
         total.l2.misses = (l2.value * total.l2.accesses as f64) as u64;
         Some(Estimates {
-            cycles: Estimate { value: cycles, interval: mean.interval.map(|end| whole(end).0) },
+            cycles,
             l1,
             l2,
-            outcome: Outcome { cycles, busy_cycles: busy, total, spans: Vec::new() },
+            parts: [by_blocks.relative_error(), by_l2 / mean.value, half],
+            outcome: Outcome { cycles: cycles.value, busy_cycles: busy, total, spans: Vec::new() },
         })
     }
 }
 
-/// Where the truth lies between a multiprocessor that finds all of the tree in the L2 and one to which no other brings any
-/// of it.
-struct Mixture {
-    /// Weight of the latter: the part of its misses for lines of the tree that the whole machine has.
-    even: f64,
-    /// Half the interval of the weight.
-    half: f64,
+/// The L2, between an even share of it, to which no other multiprocessor brings any of the tree, and one that has all of
+/// the tree.
+struct SecondLevel {
+    /// Miss rate of the whole machine for lines of the tree and of stacks.
+    rate: Estimate,
+    /// Where it lies: 0 is with all of the tree, 1 with an even share.
+    missed: Estimate,
+    /// Cycles of a block that all of the tree spares, for each such miss with an even share.
+    miss: f64,
+    /// Misses of the L1 with all of the tree over those with an even share.
+    l1: f64,
 }
 
-impl Mixture {
+impl SecondLevel {
     /// `None` without glimpses enough for an interval.
-    fn of(sample: &Sample) -> Option<Mixture> {
-        let mut even = Counts::default();
-        sample.runs.iter().flat_map(|run| &run.even).for_each(|span| even.add(span.tree));
-        let scale = 1.0 / even.miss_rate().max(f64::MIN_POSITIVE);
-        let weight = rate(sample.glimpses.iter().map(|[_, tree]| tree))?.scaled(scale).within(0.0, 1.0);
-        Some(Mixture { even: weight.value, half: 0.5 * (weight.interval[1] - weight.interval[0]) })
-    }
-
-    /// What each block of the launch did that was replayed.
-    fn spans(&self, design: &Design, sample: &Sample) -> Vec<Option<Span>> {
-        let mut spans = vec![None; design.blocks()];
-        for run in &sample.runs {
-            for ((&block, even), given) in run.blocks.iter().zip(&run.even).zip(&run.given) {
-                let mut span = Span::default();
-                span.add(even, self.even);
-                span.add(given, 1.0 - self.even);
-                spans[block] = Some(span);
-            }
-        }
-        spans
-    }
-
-    /// Cycles that all blocks replayed take more with weight 1 than with weight 0.
-    fn cycles(&self, sample: &Sample) -> f64 {
+    fn of(sample: &Sample) -> Option<SecondLevel> {
+        let first = sample.runs.first()?;
+        let miss_rate = |spans: &[Span]| {
+            let mut counts = Counts::default();
+            spans.iter().for_each(|span| counts.add(span.reused));
+            counts.miss_rate()
+        };
+        let (even, given) = (miss_rate(&first.spans), miss_rate(&sample.given));
+        let rates: Vec<f64> = sample.glimpses.iter().map(Counts::miss_rate).collect();
+        // In proportion to accesses, so that each glimpse counts the same (Hansen and Hurwitz 1943).
+        let rate = student_t(&rates, CONFIDENCE)?.within(0.0, 1.0);
+        let place = |rate: f64| if even > given { (rate - given) / (even - given) } else { 1.0 };
+        let missed = Estimate { value: place(rate.value), interval: rate.interval.map(place) };
         let cycles = |spans: &[Span]| spans.iter().map(|span| span.cycles).sum::<f64>();
-        sample.runs.iter().map(|run| cycles(&run.even) - cycles(&run.given)).sum()
+        let l1 = |spans: &[Span]| spans.iter().map(|span| span.l1.misses as f64).sum::<f64>();
+        let misses: u64 = first.spans.iter().map(|span| span.reused.misses).sum();
+        Some(SecondLevel {
+            rate,
+            missed: missed.within(0.0, 1.0),
+            l1: l1(&sample.given) / l1(&first.spans).max(1.0),
+            miss: (cycles(&first.spans) - cycles(&sample.given)) / misses.max(1) as f64,
+        })
     }
-}
 
-/// Miss rate of the L2 where it was looked at: in proportion to accesses, so that each glimpse counts the same (Hansen
-/// and Hurwitz 1943).
-fn rate<'a>(glimpses: impl Iterator<Item = &'a Counts>) -> Option<Estimate> {
-    let rates: Vec<f64> = glimpses.map(Counts::miss_rate).collect();
-    Some(student_t(&rates, CONFIDENCE)?.within(0.0, 1.0))
+    /// Miss rate of the whole machine for all lines; those that are streamed miss as they did by themselves.
+    fn of_all(&self, pool: &Pool) -> Option<Estimate> {
+        let rate = self.rate.value;
+        let misses = |span: &Span| (span.l2.misses - span.reused.misses) as f64 + rate * span.reused.accesses as f64;
+        let share = pool.rate(|span| [span.reused.accesses as f64, span.l2.accesses as f64])?.value;
+        let half = 0.5 * (self.rate.interval[1] - self.rate.interval[0]) * share;
+        Some(pool.rate(|span| [misses(span), span.l2.accesses as f64])?.widened(half).within(0.0, 1.0))
+    }
+
+    /// What a block does in the whole machine, if it did `even` with an even share, and `given` with all of the tree.
+    /// Without that, what it spares by others is known from those where it was tried.
+    fn corrected(&self, even: &Span, given: Option<&Span>) -> Span {
+        let spared = given.map_or(self.miss * even.reused.misses as f64, |given| even.cycles - given.cycles);
+        let cycles = (even.cycles - (1.0 - self.missed.value) * spared).max(0.0);
+        let scale = if even.cycles > 0.0 { cycles / even.cycles } else { 1.0 };
+        let memory = ((even.compute + even.memory) * scale - even.compute).max(0.0);
+        let mut l1 = even.l1;
+        l1.misses = (l1.misses as f64 * (1.0 - (1.0 - self.missed.value) * (1.0 - self.l1))).round() as u64;
+        Span { cycles, memory, l1, ..*even }
+    }
+
+    /// Half the interval of the cycles of a block with so many `misses` of an even share.
+    fn half(&self, misses: f64) -> f64 {
+        let [low, high] = self.missed.interval;
+        0.5 * (high - low) * self.miss.abs() * misses
+    }
 }
 
 impl Pool {
-    /// Cost alone of the measured blocks.
-    fn cost(&self) -> f64 {
-        self.measured.iter().map(|(alone, _)| alone).sum()
+    /// Mean of `of` over the measured blocks.
+    fn per_block(&self, of: impl Fn(&Span) -> f64) -> f64 {
+        self.measured.iter().map(|(_, span)| of(span)).sum::<f64>() / self.measured.len() as f64
     }
 
-    /// Mean of `of` over the blocks that were not measured: what each costs alone is known, and so a regression on it
-    /// (Cochran 1977, section 7.1).
+    /// Mean of `of` over the blocks that were not measured: what each costs alone and how many steps it takes is known,
+    /// and so a regression on it (Cochran 1977, section 7.1).
     fn mean(&self, of: impl Fn(&Span) -> f64) -> Option<Estimate> {
-        let pairs = self.pairs(of);
-        let mean = |cluster: &[[f64; 2]]| {
-            [0, 1].map(|k| cluster.iter().map(|pair| pair[k]).sum::<f64>() / cluster.len() as f64)
+        let blocks = self.sample(of);
+        let mean = |cluster: &[statistics::Sample<KNOWN>]| {
+            let count = cluster.len() as f64;
+            let known = [0, 1].map(|k| cluster.iter().map(|(known, _)| known[k]).sum::<f64>() / count);
+            (known, cluster.iter().map(|(_, value)| value).sum::<f64>() / count)
         };
-        let clusters: Vec<[f64; 2]> = pairs.chunks(self.cluster).map(mean).collect();
-        regression(&clusters, self.alone, self.others / self.cluster as f64, CONFIDENCE)
+        let clusters: Vec<_> = blocks.chunks(self.cluster).map(mean).collect();
+        regression(&clusters, self.known, self.others / self.cluster as f64, CONFIDENCE)
     }
 
-    fn pairs(&self, of: impl Fn(&Span) -> f64) -> Vec<[f64; 2]> {
-        self.measured.iter().map(|(alone, span)| [*alone, of(span)]).collect()
+    fn sample(&self, of: impl Fn(&Span) -> f64) -> Vec<statistics::Sample<KNOWN>> {
+        self.measured.iter().map(|(known, span)| (*known, of(span))).collect()
     }
 
-    /// The miss rate of all blocks: of a ratio only its linear part is regressed (Cochran 1977, section 6.4).
-    fn miss_rate(&self, of: impl Fn(&Span) -> Counts) -> Option<Estimate> {
-        let total = |count: fn(Counts) -> u64| {
-            let measured: u64 = self.measured.iter().map(|(_, span)| count(of(span))).sum();
-            Some(measured as f64 + self.others * self.mean(|span| count(of(span)) as f64)?.value)
+    /// The ratio of two sums over all blocks: only its linear part is regressed (Cochran 1977, section 6.4).
+    fn rate(&self, of: impl Fn(&Span) -> [f64; 2]) -> Option<Estimate> {
+        let total = |k: usize| {
+            let measured: f64 = self.measured.iter().map(|(_, span)| of(span)[k]).sum();
+            Some(measured + self.others * self.mean(|span| of(span)[k])?.value)
         };
-        let accesses = total(|counts| counts.accesses)?.max(1.0);
-        let rate = total(|counts| counts.misses)? / accesses;
-        let left = self.mean(|span| of(span).misses as f64 - rate * of(span).accesses as f64)?;
-        let half = 0.5 * (left.interval[1] - left.interval[0]) * self.others / accesses;
+        let below = total(1)?.max(1.0);
+        let rate = total(0)? / below;
+        let left = self.mean(|span| of(span)[0] - rate * of(span)[1])?;
+        let half = 0.5 * (left.interval[1] - left.interval[0]) * self.others / below;
         Some(Estimate { value: rate, interval: [rate - half, rate + half] }.within(0.0, 1.0))
     }
 }

@@ -4,13 +4,14 @@
 //! replay's cost (`work`). What caches and company add to it is a factor that differs little from place to place. The
 //! block scheduler gives each multiprocessor blocks from all over the launch, so one of them is a sample of it
 //! (`design`), and the blocks that it holds at a time are near each other as they are in the whole, so that its L1 does
-//! what it does there. What it shares with the others is the L2. So it is replayed twice, with an even share of the L2
-//! and with all of it; the truth lies between, where the L2 misses as often as in glimpses of the whole machine
-//! (`sample`). How long a launch takes is more than a sum, because its end waits for the longest block; so all blocks,
-//! at their cost alone times the factor where they were not replayed, go through the block scheduler (`schedule`), for
-//! the factor and for both ends of its interval (`estimate`).
+//! what it does there. What it shares with the others is the L2. So it is replayed with an even share of the L2, and the
+//! first one also with the tree in it; the truth lies between, where the L2 misses as often as in glimpses of the whole
+//! machine (`sample`). Cycles of the blocks that were not replayed are regressed on their cost alone and their steps
+//! (`estimate`). How long a launch takes is more than a sum, because its end waits for the longest block: so all blocks go
+//! through the block scheduler (`schedule`), several times, those not replayed as they might be (`ending`).
 
 mod design;
+mod ending;
 mod estimate;
 mod sample;
 mod schedule;
@@ -25,7 +26,7 @@ use serde::Serialize;
 
 use self::design::Design;
 use self::estimate::Estimates;
-use self::sample::Sample;
+use self::sample::{GLIMPSES, Sample};
 use super::caches;
 use super::launch::Launch;
 use super::machine::Machine;
@@ -112,32 +113,50 @@ pub fn predict(machine: &Machine, launch: &Launch, recording: f64, request: &Req
     let work = timed(&mut spent.estimate, || work::of(machine, launch));
     let design = Design::new(work, (machine.sms as usize, slots), request.seed);
     let mut sample = Sample::default();
-    let mut sms = 1;
+    let (mut sms, mut glimpses) = (design.first_sms(), GLIMPSES);
     while sms <= design.most_sms() {
         timed(&mut spent.replay, || sample.extend(machine, launch, &design, sms))?;
         let in_time = |seconds: f64| request.time_limit.is_none_or(|limit| seconds <= limit);
-        if !sample.worth_looking(machine) && in_time(spent.total() + sample.full(machine)) {
+        if !sample.worth_looking(machine, glimpses) && in_time(spent.total() + sample.full(machine)) {
             break;
         }
-        timed(&mut spent.replay, || sample.look(machine, launch, &design))?;
+        timed(&mut spent.replay, || sample.look(machine, launch, &design, glimpses))?;
         let estimates = timed(&mut spent.estimate, || Estimates::new(&design, &sample));
         let Some(estimates) = estimates else { break };
         let reached = estimates.cycles.relative_error();
-        // The interval shrinks with the root of the sample (Cochran 1977, section 4.4): if more would be needed than
-        // cost less than a full replay, that comes next.
-        let enough = sms as f64 * (reached / request.tolerance).powi(2);
-        let next = if enough <= design.most_sms() as f64 { (sms + 1).max(enough.ceil() as usize) } else { usize::MAX };
-        let more = if next <= design.most_sms() {
-            spent.replay / sms as f64 * (next - sms) as f64
+        let next = enough(&design, (sms, glimpses), estimates.parts, request.tolerance);
+        let more = if next.0 <= design.most_sms() {
+            spent.replay * ((next.0 as f64 / sms as f64).max(next.1 as f64 / glimpses as f64) - 1.0)
         } else {
             sample.full(machine)
         };
         if reached <= request.tolerance || !in_time(spent.total() + more) {
             return answer(machine, launch, request, (&design, &sample, &estimates), spent);
         }
-        sms = next;
+        (sms, glimpses) = next;
     }
     full(machine, launch, request, spent)
+}
+
+/// Multiprocessors and glimpses that would be enough if more of them shrink their `parts` of the error with the root of
+/// their number (Cochran 1977, section 4.4): more of what the error comes from, at least of one of them.
+fn enough(design: &Design, have: (usize, usize), parts: [f64; 3], tolerance: f64) -> (usize, usize) {
+    let (mut sms, mut glimpses) = have;
+    let left = |sms: usize, glimpses: usize| {
+        [parts[0] * (have.0 as f64 / sms as f64).sqrt(), parts[1] * (have.1 as f64 / glimpses as f64).sqrt()]
+    };
+    loop {
+        let [by_blocks, by_l2] = left(sms, glimpses);
+        if by_l2 > by_blocks {
+            glimpses += GLIMPSES
+        } else {
+            sms += 1
+        }
+        let [by_blocks, by_l2] = left(sms, glimpses);
+        if sms > design.most_sms() || by_blocks.hypot(by_l2).hypot(parts[2]) <= tolerance {
+            return (sms, glimpses);
+        }
+    }
 }
 
 /// The answer of a sample.

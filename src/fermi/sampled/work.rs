@@ -13,6 +13,8 @@ use crate::fermi::simt::{Batch, Layout, Warp};
 pub(super) struct Block {
     /// Cycles of its dearest warp if all loads hit the L1: a block stays as long as its last warp.
     pub(super) alone: f64,
+    /// Nodes and leaves that its rays visit: lanes visit together, but mostly each its own lines.
+    pub(super) steps: f64,
     /// Instructions of its warps.
     pub(super) instructions: Instructions,
     /// Node and leaf visits of its warps.
@@ -20,6 +22,16 @@ pub(super) struct Block {
     /// Cycles of all its warps together.
     pub(super) compute: f64,
 }
+
+impl Block {
+    /// What its cycles are regressed on.
+    pub(super) fn known(&self) -> [f64; KNOWN] {
+        [self.alone, self.steps]
+    }
+}
+
+/// Numbers of [`Block::known`].
+pub(super) const KNOWN: usize = 2;
 
 /// All blocks of a launch. Which basic blocks a warp runs follows from its rays' steps alone, so this takes a small part
 /// of a replay's time, and a replay departs from it by a factor that differs little from place to place.
@@ -42,6 +54,7 @@ pub(super) fn of(machine: &Machine, launch: &Launch) -> Vec<Block> {
                     cycles += cost.cycles;
                     block.instructions.issue(cost.instructions, segment.lanes);
                     block.visits += u64::from(segment.block.visits());
+                    block.steps += if segment.block.visits() { f64::from(segment.lanes) } else { 0.0 };
                 }
             }
             block.alone = block.alone.max(cycles as f64);
