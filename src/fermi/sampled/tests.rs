@@ -104,6 +104,7 @@ fn intervals_hold_the_full_replay() {
                     bias[k] += (e.value / truth - 1.0) / SEEDS as f64;
                     half[k] += e.relative_error() / SEEDS as f64;
                 }
+                // Blocks as if they were independent, and nothing else uncertain.
                 let naive = Estimates::with_clusters(&design, &sample, 1).unwrap();
                 naively += usize::from((naive.cycles.value / truth[0] - 1.0).abs() <= naive.parts[0]);
                 all += 1;
