@@ -8,7 +8,7 @@ mod student;
 
 pub use clusters::{bootstrap_t, student_t};
 pub use proportional::Design;
-pub use regression::{Plane, Sample, regression};
+pub use regression::{Plane, Sample, centre, regression};
 pub use student::quantile;
 
 /// The usual confidence.
@@ -29,6 +29,11 @@ impl Estimate {
         (self.interval[0]..=self.interval[1]).contains(&truth)
     }
 
+    /// Half the interval's width.
+    pub fn half(&self) -> f64 {
+        0.5 * (self.interval[1] - self.interval[0])
+    }
+
     /// In another unit, of which there are `factor` to one.
     pub fn scaled(&self, factor: f64) -> Estimate {
         Estimate { value: self.value * factor, interval: self.interval.map(|end| end * factor) }
@@ -47,7 +52,7 @@ impl Estimate {
 
     /// Half the interval's width as a part of the estimate; infinite for an estimate of 0 that is not certain.
     pub fn relative_error(&self) -> f64 {
-        let half = 0.5 * (self.interval[1] - self.interval[0]);
+        let half = self.half();
         if half == 0.0 { 0.0 } else { half / self.value.abs() }
     }
 }

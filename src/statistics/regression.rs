@@ -22,6 +22,12 @@ pub fn regression<const K: usize>(
     Some(Estimate { value, interval: [value - half, value + half] })
 }
 
+/// Means of what is known of a sample, and of its values.
+pub fn centre<const K: usize>(sample: &[Sample<K>]) -> Sample<K> {
+    let mean = |of: &dyn Fn(&Sample<K>) -> f64| sample.iter().map(of).sum::<f64>() / sample.len() as f64;
+    (std::array::from_fn(|k| mean(&|(known, _)| known[k])), mean(&|(_, value)| *value))
+}
+
 /// A plane by least squares over `K` known numbers. It is level in those that do not vary, or vary as others do.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane<const K: usize> {
@@ -40,8 +46,7 @@ const LEAST_PIVOT: f64 = 1e-9;
 impl<const K: usize> Plane<K> {
     /// Through a sample.
     pub fn through(sample: &[Sample<K>]) -> Plane<K> {
-        let mean_of = |of: &dyn Fn(&Sample<K>) -> f64| sample.iter().map(of).sum::<f64>() / sample.len() as f64;
-        let mean = (std::array::from_fn(|k| mean_of(&|(known, _)| known[k])), mean_of(&|(_, value)| *value));
+        let mean = centre(sample);
         let away = |(known, _): &Sample<K>, k: usize| known[k] - mean.0[k];
         let sum = |of: &dyn Fn(&Sample<K>) -> f64| sample.iter().map(of).sum::<f64>();
         let products =

@@ -114,8 +114,10 @@ pub fn record_steps(tree: &impl Tree, rays: &[Ray], query: Query) -> (Vec<Hit>, 
 
 /// The steps alone.
 pub fn steps_of(tree: &impl Tree, rays: &[Ray], query: Query) -> StepTrace {
-    let unwanted = |_: Hit| ();
-    StepTrace::record(rays, |ray, steps| unwanted(hit_of(tree, ray, query, steps))).1
+    let record = |ray: &Ray, steps: &mut Vec<u32>| {
+        hit_of(tree, ray, query, steps);
+    };
+    StepTrace::record(rays, record).1
 }
 
 #[inline(always)]

@@ -161,12 +161,10 @@ impl<'a> Replay<'a> {
         self.start();
         while self.step() {}
         let ends = || self.sms[self.selection.sms.clone()].iter().map(|sm| sm.end);
-        let mut total = Span::default();
-        self.spans.iter().for_each(|span| total.add(span, 1.0));
         Outcome {
             cycles: ends().fold(0.0, f64::max),
             busy_cycles: ends().sum::<f64>() / self.selection.sms.len() as f64,
-            total,
+            total: Span::total(&self.spans),
             spans: std::mem::take(&mut self.spans),
         }
     }

@@ -25,6 +25,13 @@ pub struct Span {
 }
 
 impl Span {
+    /// What blocks did together.
+    pub fn total(spans: &[Span]) -> Span {
+        let mut total = Span::default();
+        spans.iter().for_each(|span| total.add(span, 1.0));
+        total
+    }
+
     /// Adds `times` what another block did.
     pub fn add(&mut self, other: &Span, times: f64) {
         let scaled = |n: u64| (n as f64 * times).round() as u64;

@@ -55,9 +55,7 @@ impl Blocks {
         let ends: Vec<f64> = draws.iter().map(|(cycles, _)| *cycles).collect();
         let value = ends.iter().sum::<f64>() / DRAWS as f64;
         // The launch is one more draw, not their mean.
-        let half = student_t(&ends, CONFIDENCE)
-            .map_or(0.0, |of_mean| 0.5 * (of_mean.interval[1] - of_mean.interval[0]))
-            * (DRAWS as f64 + 1.0).sqrt();
+        let half = student_t(&ends, CONFIDENCE).map_or(0.0, |of_mean| of_mean.half()) * (DRAWS as f64 + 1.0).sqrt();
         // Multiprocessors take as much longer as their blocks do, of which some are known.
         let known: f64 = self.measured.iter().flatten().sum();
         let others = self.measured.iter().filter(|cycles| cycles.is_none()).count() as f64 * mean.value;

@@ -7,7 +7,7 @@ use super::schedule::Scheduler;
 use super::work::{Block, KNOWN};
 use crate::fermi::caches::{Outcome, Span};
 use crate::fermi::result::Counts;
-use crate::statistics::{self, CONFIDENCE, Estimate, Plane, regression, student_t};
+use crate::statistics::{self, CONFIDENCE, Estimate, Plane, centre, regression, student_t};
 
 /// Estimates with their intervals.
 #[derive(Clone, Debug)]
@@ -15,11 +15,20 @@ pub(super) struct Estimates {
     pub(super) cycles: Estimate,
     pub(super) l1: Estimate,
     pub(super) l2: Estimate,
-    /// Parts of the relative error of cycles: from which blocks were measured, from what the L2 held, and from the launch's
-    /// end, which more measurements do not tell.
-    pub(super) parts: [f64; 3],
+    pub(super) parts: Parts,
     /// The whole launch.
     pub(super) outcome: Outcome,
+}
+
+/// What the relative error of cycles comes from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Parts {
+    /// Which blocks were measured.
+    pub(super) blocks: f64,
+    /// What the L2 held.
+    pub(super) l2: f64,
+    /// The launch's end, which more measurements do not tell.
+    pub(super) end: f64,
 }
 
 /// The blocks measured, and what is left to be told by them.
@@ -58,8 +67,8 @@ impl Estimates {
             return None;
         }
         let known = || design.work.iter().zip(&spans).filter_map(|(block, span)| Some((block.known(), (*span)?)));
-        let mean_known = [0, 1].map(|k| unmeasured.iter().map(|block| block.known()[k]).sum::<f64>() / others);
-        let pool = Pool { measured: known().collect(), cluster, known: mean_known, others };
+        let rest: Vec<_> = unmeasured.iter().map(|block| (block.known(), 0.0)).collect();
+        let pool = Pool { measured: known().collect(), cluster, known: centre(&rest).0, others };
 
         let by_blocks = pool.mean(|span| span.cycles)?;
         let by_l2 = second.half(pool.per_block(|span| span.reused.misses as f64));
@@ -90,7 +99,7 @@ impl Estimates {
             cycles,
             l1,
             l2,
-            parts: [by_blocks.relative_error(), by_l2 / mean.value, half],
+            parts: Parts { blocks: by_blocks.relative_error(), l2: by_l2 / mean.value, end: half },
             outcome: Outcome { cycles: cycles.value, busy_cycles: busy, total, spans: Vec::new() },
         })
     }
@@ -113,25 +122,18 @@ impl SecondLevel {
     /// `None` without glimpses enough for an interval.
     fn of(sample: &Sample) -> Option<SecondLevel> {
         let first = sample.runs.first()?;
-        let miss_rate = |spans: &[Span]| {
-            let mut counts = Counts::default();
-            spans.iter().for_each(|span| counts.add(span.reused));
-            counts.miss_rate()
-        };
-        let (even, given) = (miss_rate(&first.spans), miss_rate(&sample.given));
+        let (even, given) = (Span::total(&first.spans), Span::total(&sample.given));
+        let (high, low) = (even.reused.miss_rate(), given.reused.miss_rate());
         let rates: Vec<f64> = sample.glimpses.iter().map(Counts::miss_rate).collect();
         // In proportion to accesses, so that each glimpse counts the same (Hansen and Hurwitz 1943).
         let rate = student_t(&rates, CONFIDENCE)?.within(0.0, 1.0);
-        let place = |rate: f64| if even > given { (rate - given) / (even - given) } else { 1.0 };
+        let place = |rate: f64| if high > low { (rate - low) / (high - low) } else { 1.0 };
         let missed = Estimate { value: place(rate.value), interval: rate.interval.map(place) };
-        let cycles = |spans: &[Span]| spans.iter().map(|span| span.cycles).sum::<f64>();
-        let l1 = |spans: &[Span]| spans.iter().map(|span| span.l1.misses as f64).sum::<f64>();
-        let misses: u64 = first.spans.iter().map(|span| span.reused.misses).sum();
         Some(SecondLevel {
             rate,
             missed: missed.within(0.0, 1.0),
-            l1: l1(&sample.given) / l1(&first.spans).max(1.0),
-            miss: (cycles(&first.spans) - cycles(&sample.given)) / misses.max(1) as f64,
+            l1: given.l1.misses as f64 / even.l1.misses.max(1) as f64,
+            miss: (even.cycles - given.cycles) / even.reused.misses.max(1) as f64,
         })
     }
 
@@ -140,8 +142,8 @@ impl SecondLevel {
         let rate = self.rate.value;
         let misses = |span: &Span| (span.l2.misses - span.reused.misses) as f64 + rate * span.reused.accesses as f64;
         let share = pool.rate(|span| [span.reused.accesses as f64, span.l2.accesses as f64])?.value;
-        let half = 0.5 * (self.rate.interval[1] - self.rate.interval[0]) * share;
-        Some(pool.rate(|span| [misses(span), span.l2.accesses as f64])?.widened(half).within(0.0, 1.0))
+        let all = pool.rate(|span| [misses(span), span.l2.accesses as f64])?;
+        Some(all.widened(self.rate.half() * share).within(0.0, 1.0))
     }
 
     /// What a block does in the whole machine, if it did `even` with an even share, and `given` with all of the tree.
@@ -158,8 +160,7 @@ impl SecondLevel {
 
     /// Half the interval of the cycles of a block with so many `misses` of an even share.
     fn half(&self, misses: f64) -> f64 {
-        let [low, high] = self.missed.interval;
-        0.5 * (high - low) * self.miss.abs() * misses
+        self.missed.half() * self.miss.abs() * misses
     }
 }
 
@@ -173,12 +174,7 @@ impl Pool {
     /// and so a regression on it (Cochran 1977, section 7.1).
     fn mean(&self, of: impl Fn(&Span) -> f64) -> Option<Estimate> {
         let blocks = self.sample(of);
-        let mean = |cluster: &[statistics::Sample<KNOWN>]| {
-            let count = cluster.len() as f64;
-            let known = [0, 1].map(|k| cluster.iter().map(|(known, _)| known[k]).sum::<f64>() / count);
-            (known, cluster.iter().map(|(_, value)| value).sum::<f64>() / count)
-        };
-        let clusters: Vec<_> = blocks.chunks(self.cluster).map(mean).collect();
+        let clusters: Vec<_> = blocks.chunks(self.cluster).map(centre).collect();
         regression(&clusters, self.known, self.others / self.cluster as f64, CONFIDENCE)
     }
 
@@ -195,7 +191,7 @@ impl Pool {
         let below = total(1)?.max(1.0);
         let rate = total(0)? / below;
         let left = self.mean(|span| of(span)[0] - rate * of(span)[1])?;
-        let half = 0.5 * (left.interval[1] - left.interval[0]) * self.others / below;
+        let half = left.half() * self.others / below;
         Some(Estimate { value: rate, interval: [rate - half, rate + half] }.within(0.0, 1.0))
     }
 }

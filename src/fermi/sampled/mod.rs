@@ -25,7 +25,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use self::design::Design;
-use self::estimate::Estimates;
+use self::estimate::{Estimates, Parts};
 use self::sample::{GLIMPSES, Sample};
 use super::caches;
 use super::launch::Launch;
@@ -140,10 +140,10 @@ pub fn predict(machine: &Machine, launch: &Launch, recording: f64, request: &Req
 
 /// Multiprocessors and glimpses that would be enough if more of them shrink their `parts` of the error with the root of
 /// their number (Cochran 1977, section 4.4): more of what the error comes from, at least of one of them.
-fn enough(design: &Design, have: (usize, usize), parts: [f64; 3], tolerance: f64) -> (usize, usize) {
+fn enough(design: &Design, have: (usize, usize), parts: Parts, tolerance: f64) -> (usize, usize) {
     let (mut sms, mut glimpses) = have;
     let left = |sms: usize, glimpses: usize| {
-        [parts[0] * (have.0 as f64 / sms as f64).sqrt(), parts[1] * (have.1 as f64 / glimpses as f64).sqrt()]
+        [parts.blocks * (have.0 as f64 / sms as f64).sqrt(), parts.l2 * (have.1 as f64 / glimpses as f64).sqrt()]
     };
     loop {
         let [by_blocks, by_l2] = left(sms, glimpses);
@@ -153,7 +153,7 @@ fn enough(design: &Design, have: (usize, usize), parts: [f64; 3], tolerance: f64
             sms += 1
         }
         let [by_blocks, by_l2] = left(sms, glimpses);
-        if sms > design.most_sms() || by_blocks.hypot(by_l2).hypot(parts[2]) <= tolerance {
+        if sms > design.most_sms() || by_blocks.hypot(by_l2).hypot(parts.end) <= tolerance {
             return (sms, glimpses);
         }
     }

@@ -98,8 +98,8 @@ impl Sample {
         let (Some(first), Some(times)) = (self.runs.first(), self.times) else { return Ok(()) };
         let course = first.course();
         let before = caches::misses_before_glimpse(machine) as f64 / f64::from(machine.sms);
-        let look = |draw| caches::glimpse(machine, launch, design.glimpse(draw, &course, before), times);
-        let look = || (self.glimpses.len()..glimpses).into_par_iter().map(look).collect::<Result<Vec<_>>>();
+        let glimpse = |draw| caches::glimpse(machine, launch, design.glimpse(draw, &course, before), times);
+        let look = || (self.glimpses.len()..glimpses).into_par_iter().map(glimpse).collect::<Result<Vec<_>>>();
         let new = if self.given.is_empty() {
             let given = || caches::one(machine, launch, 0, &first.blocks, true);
             let (given, (new, by_itself)) =

@@ -106,7 +106,7 @@ fn intervals_hold_the_full_replay() {
                 }
                 // Blocks as if they were independent, and nothing else uncertain.
                 let naive = Estimates::with_clusters(&design, &sample, 1).unwrap();
-                naively += usize::from((naive.cycles.value / truth[0] - 1.0).abs() <= naive.parts[0]);
+                naively += usize::from((naive.cycles.value / truth[0] - 1.0).abs() <= naive.parts.blocks);
                 all += 1;
             }
             let _ = writeln!(text, "{} {}: bias {bias:.3?}, half interval {half:.3?}", case.name, kind.name());

@@ -2,7 +2,7 @@
 
 use super::LANES;
 use super::batch::{Access, Batch, bits};
-use super::layout::{LOAD, Layout, WORD, bytes};
+use super::layout::{LOAD, WORD, bytes};
 use super::warp::{Phase, Warp};
 use crate::fermi::kernel::{Block, Loops};
 use crate::layout::{Node, Triangle};
@@ -58,14 +58,15 @@ impl Warp<'_> {
         let popped = inside & !met;
 
         batch.segment(Block::Node, inside);
-        let node = |layout: &Layout, lane: usize| layout.node(nodes[lane]);
-        batch.access(Access::Load, bits(inside).map(|lane| node(&self.layout, lane)), LOAD);
+        let layout = self.layout;
+        let node = |lane: usize| layout.node(nodes[lane]);
+        batch.access(Access::Load, bits(inside).map(node), LOAD);
         // A node lies within one line, so its other loads touch the same lines.
         batch.again(2);
 
         if met != 0 {
             batch.segment(Block::Descend, met);
-            batch.access(Access::Load, bits(met).map(|lane| node(&self.layout, lane) + bytes::<Node>() - LOAD), LOAD);
+            batch.access(Access::Load, bits(met).map(|lane| node(lane) + bytes::<Node>() - LOAD), LOAD);
         }
         if pushed != 0 {
             for lane in bits(pushed) {
